@@ -1,0 +1,1 @@
+"""mammosim: from raw breast MR images to compression, X-ray images and dose."""

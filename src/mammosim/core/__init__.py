@@ -1,0 +1,1 @@
+"""Types and constants that every science shares; needs numpy only."""

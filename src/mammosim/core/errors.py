@@ -1,0 +1,46 @@
+"""One family of exceptions. Each message names the value, its limits and the next step."""
+
+
+class MammosimError(Exception):
+    """Anything mammosim refuses to do; the message says what to do instead."""
+
+
+class ConfigurationError(MammosimError):
+    """A setting is misspelt, out of range, in another unit, or contradicts another one."""
+
+
+class ImageError(MammosimError):
+    """An image is incomplete, mixed, cut off, or not in the position it claims."""
+
+
+class FiducialError(MammosimError):
+    """Markers are too few, collinear, or cannot be matched."""
+
+
+class SegmentationError(MammosimError):
+    """Training strokes or labels cannot describe the image."""
+
+
+class MeshError(MammosimError):
+    """A surface is open, or elements are inverted, flat or not attached."""
+
+
+class MechanicsError(MammosimError):
+    """A mechanical problem is ill posed: tissue without parameters, nothing fixed, nu >= 0.5."""
+
+
+class EquilibriumError(MechanicsError):
+    """No verified equilibrium was reached; `history` says how far the solver came.
+
+    history: one row per Newton iteration, the columns of `mechanics.equilibrium.Iteration`.
+    load_factor: the largest load factor with a verified equilibrium, in [0, 1].
+    """
+
+    def __init__(self, message: str, *, history: tuple = (), load_factor: float = 0.0) -> None:
+        super().__init__(message)
+        self.history = history
+        self.load_factor = load_factor
+
+
+class XrayError(MammosimError):
+    """Spectrum, geometry, materials or tallies are impossible."""

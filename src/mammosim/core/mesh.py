@@ -1,0 +1,55 @@
+"""Tetrahedral meshes, in mm, in the patient frame LPS."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+# VTK order of the quadratic tetrahedron: vertices 0-3, then the mid-edge nodes of these edges.
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+# Faces of a tetrahedron with outward normals, as vertices and then mid-edge nodes (VTK quadratic triangle).
+FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6))
+# The eight linear tetrahedra of a quadratic one, as local node numbers.
+SUBTETRAHEDRA = (
+    (0, 4, 6, 7),
+    (4, 1, 5, 8),
+    (6, 5, 2, 9),
+    (7, 8, 9, 3),
+    (4, 5, 6, 8),
+    (4, 6, 7, 8),
+    (6, 5, 9, 8),
+    (6, 9, 7, 8),
+)
+
+
+@dataclass(frozen=True)
+class TetMesh:
+    """Quadratic tetrahedra.
+
+    points: (n_node, 3) mm.
+    cells: (n_cell, 10) node numbers in VTK order.
+    tissue: (n_cell,) core.labels.Label of each cell.
+    boundaries: name -> (n_face, 6) node numbers of quadratic triangles, normals outward;
+        'skin' meets the air, 'posterior' is where the tissue is held.
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    tissue: np.ndarray
+    boundaries: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 3:
+            raise ValueError(f"points {self.points.shape} must be (n_node, 3)")
+        if self.cells.ndim != 2 or self.cells.shape[1] != 10:
+            raise ValueError(f"cells {self.cells.shape} must be (n_cell, 10): quadratic tetrahedra")
+        if self.tissue.shape != (len(self.cells),):
+            raise ValueError(f"tissue {self.tissue.shape} must be (n_cell,) = ({len(self.cells)},)")
+
+    def moved_to(self, points: np.ndarray) -> "TetMesh":
+        """The same mesh in another configuration, points (n_node, 3)."""
+        return replace(self, points=points)
+
+    def boundary_nodes(self, name: str) -> np.ndarray:
+        """Sorted node numbers of a named boundary."""
+        return np.unique(self.boundaries[name])

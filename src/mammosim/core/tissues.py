@@ -1,0 +1,55 @@
+"""What a tissue is made of, mechanically."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mammosim.core.errors import MechanicsError
+from mammosim.core.labels import Label
+
+# A modulus above this was almost certainly given in Pa: tendon, the stiffest soft tissue, is about 1e6 kPa.
+LARGEST_MODULUS_KPA = 1e5
+
+
+@dataclass(frozen=True)
+class Tissue:
+    """Isotropic neo-Hookean tissue: E [kPa], nu [-], density [g/cm3].
+
+    Raises MechanicsError when E <= 0 or looks like Pa, nu is outside [0, 0.5), or density < 0.
+    """
+
+    youngs_modulus_kpa: float
+    poisson_ratio: float
+    density_g_cm3: float
+
+    def __post_init__(self) -> None:
+        E, nu = self.youngs_modulus_kpa, self.poisson_ratio
+        if not 0 < E <= LARGEST_MODULUS_KPA:
+            raise MechanicsError(
+                f"youngs_modulus_kpa = {E:g} is outside (0, {LARGEST_MODULUS_KPA:g}]; "
+                "soft tissue has 0.1 to 200 kPa: was it given in Pa? divide by 1000"
+            )
+        if not 0 <= nu < 0.5:
+            raise MechanicsError(f"poisson_ratio = {nu:g} is outside [0, 0.5); use for example 0.45 or 0.495")
+        if self.density_g_cm3 < 0:
+            raise MechanicsError(f"density_g_cm3 = {self.density_g_cm3:g} is negative; soft tissue has about 1")
+
+    @property
+    def shear_modulus_kpa(self) -> float:
+        """mu = E / (2 (1 + nu))."""
+        return self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
+
+    @property
+    def bulk_modulus_kpa(self) -> float:
+        """k = E / (3 (1 - 2 nu))."""
+        return self.youngs_modulus_kpa / (3 * (1 - 2 * self.poisson_ratio))
+
+
+def tissue_of(label: int, tissues: Mapping[Label, Tissue]) -> Tissue:
+    """The parameters of one label. Raises MechanicsError when the table has none."""
+    try:
+        return tissues[Label(label)]
+    except KeyError:
+        known = ", ".join(sorted(key.tissue for key in tissues))
+        raise MechanicsError(
+            f"tissue {Label(label).tissue!r} is in the mesh but has no parameters; the table has: {known}"
+        ) from None

@@ -1,0 +1,1 @@
+"""Digital volunteers: made women whose truth is known."""

@@ -1,0 +1,1 @@
+"""Tidy table in, matplotlib figure out."""

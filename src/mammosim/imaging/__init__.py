@@ -1,0 +1,1 @@
+"""Fiducials, registration, segmentation and overlap of MR images."""

@@ -1,0 +1,1 @@
+"""Equilibria of soft tissue as minima of one potential energy."""

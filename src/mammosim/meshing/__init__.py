@@ -1,0 +1,1 @@
+"""From tissue labels to meshes, and from meshes back to voxels."""

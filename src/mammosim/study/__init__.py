@@ -1,0 +1,1 @@
+"""What ties the sciences together: sweeps, phantoms, scores, summaries."""

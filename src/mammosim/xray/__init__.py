@@ -1,0 +1,1 @@
+"""From X-ray spectra to images and dose."""
