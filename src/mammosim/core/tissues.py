@@ -29,9 +29,9 @@ class Tissue:
                 "soft tissue has 0.1 to 200 kPa: was it given in Pa? divide by 1000"
             )
         if not 0 <= nu < 0.5:
-            raise MechanicsError(f"poisson_ratio = {nu:g} is outside [0, 0.5); use for example 0.45 or 0.495")
+            raise MechanicsError(f"poisson_ratio = {nu:g} is outside [0, 0.5); use 0.45 or 0.495")
         if self.density_g_cm3 < 0:
-            raise MechanicsError(f"density_g_cm3 = {self.density_g_cm3:g} is negative; soft tissue has about 1")
+            raise MechanicsError(f"density_g_cm3 = {self.density_g_cm3:g} is negative; tissue has about 1")
 
     @property
     def shear_modulus_kpa(self) -> float:

@@ -87,4 +87,5 @@ def grid_around(low: np.ndarray, high: np.ndarray, spacing: float | np.ndarray) 
     """Axis-aligned grid whose voxels cover the box from low (3,) to high (3,), mm."""
     step = np.broadcast_to(np.asarray(spacing, float), (3,)).copy()
     count = np.maximum(np.ceil((np.asarray(high) - low) / step - 1e-9).astype(int), 1)
-    return Grid(tuple(int(n) for n in count[::-1]), step, np.asarray(low, float) + step / 2)
+    nx, ny, nz = map(int, count)
+    return Grid((nz, ny, nx), step, np.asarray(low, float) + step / 2)
