@@ -1,0 +1,52 @@
+# Two words for a fresh machine: `make study` regenerates every table and figure, `make test` checks everything.
+PYTHON ?= python3
+CORES ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+# Kernels compiled by numba are kept beside the environment and reused by every job.
+export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
+
+.PHONY: study smoke test lint format lock clean
+.DEFAULT_GOAL := study
+
+study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
+	$(BIN)/snakemake --cores $(CORES)
+
+smoke: $(VENV)/ready  ## the whole chain, coarse, in minutes: smoke/results/study/report.html
+	$(BIN)/snakemake --cores $(CORES) --configfile config/smoke.yaml --directory smoke
+
+test: $(VENV)/ready  ## laws of physics, units, errors by their words, and the whole chain on the tiny configuration
+	$(BIN)/pytest
+
+lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/snakemake --lint
+
+format: $(VENV)/ready
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+# The only way to install: exact versions and hashes. uv does it in seconds, pip in minutes.
+$(VENV)/ready: environment.lock tools/check_system.py
+	@$(PYTHON) tools/check_system.py before
+	$(PYTHON) -m venv $(VENV)
+	@if command -v uv >/dev/null; then \
+	    echo "installing environment.lock with uv"; \
+	    uv pip sync --quiet --python $(BIN)/python --require-hashes environment.lock; \
+	else \
+	    echo "installing environment.lock with pip (some minutes; uv is faster)"; \
+	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r environment.lock; \
+	fi
+	@echo "$(CURDIR)/src" > $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/mammosim.pth
+	@$(BIN)/python tools/check_system.py after
+	@touch $@
+
+lock:  ## renew environment.lock from pyproject.toml (needs uv)
+	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
+	    --no-annotate --no-header --no-emit-index-url --no-emit-find-links --upgrade --quiet --output-file environment.lock
+
+clean:  ## forget the environment and every result
+	rm -rf $(VENV) results smoke .snakemake
