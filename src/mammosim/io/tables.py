@@ -12,7 +12,7 @@ from mammosim.io.atomic import replacing
 
 def read_table(path: str | Path) -> pd.DataFrame:
     """One row per record, one column per quantity (unit in its name); only an empty cell is missing."""
-    return pd.read_csv(path, float_precision="round_trip", keep_default_na=False, na_values=[""])
+    return pd.read_csv(path, keep_default_na=False, na_values=[""])
 
 
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:

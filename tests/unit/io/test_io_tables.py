@@ -41,13 +41,18 @@ def test_nan_is_refused_and_the_earlier_file_stays(tmp_path: Path) -> None:
     assert read_json(tmp_path / "v.json") == {"x": 1}
 
 
-def test_a_failed_write_leaves_the_earlier_file_and_nothing_else(tmp_path: Path) -> None:
-    path = tmp_path / "image.nii.gz"
-    path.write_text("earlier")
-    with pytest.raises(RuntimeError, match="midway"), replacing(path) as temporary:
+def _write_half(path: Path) -> None:
+    with replacing(path) as temporary:
         temporary.write_text("half")
         assert temporary.name.endswith(".nii.gz")
         raise RuntimeError("midway")
+
+
+def test_a_failed_write_leaves_the_earlier_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "image.nii.gz"
+    path.write_text("earlier")
+    with pytest.raises(RuntimeError, match="midway"):
+        _write_half(path)
     assert [p.name for p in tmp_path.iterdir()] == ["image.nii.gz"]
     assert path.read_text() == "earlier"
 
