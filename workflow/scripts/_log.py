@@ -1,22 +1,26 @@
-"""Send a script's records, warnings and tracebacks to the log of its rule."""
+"""Send a script's records, warnings and tracebacks to the log of its rule, and keep to the rule's threads."""
 
 import logging
 import sys
 import traceback
 from types import TracebackType
 
+import numba
+
 from mammosim.core.errors import MammosimError
 
 
-def to(path: str) -> None:
+def to(path: str, *, threads: int = 1) -> None:
     """Write everything that is logged from now on to `path`, and errors to the terminal too.
 
+    threads: how many threads compiled kernels may use; results do not depend on it.
     A refusal of mammosim's own is shown as its message alone; anything else with its traceback.
     """
     logging.basicConfig(
         filename=path, filemode="w", level=logging.INFO, format="%(asctime)s %(name)s %(message)s", force=True
     )
     logging.captureWarnings(True)
+    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
 
     def report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         logging.critical("".join(traceback.format_exception(kind, error, trace)))

@@ -1,0 +1,112 @@
+# What every rule file shares: the checked configuration, and the package files that a script depends on.
+import ast
+from pathlib import Path
+
+import pandas as pd
+import yaml
+from snakemake.exceptions import WorkflowError
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.study import configuration
+
+HOME = Path(workflow.basedir)
+PACKAGE = HOME / "src" / "mammosim"
+SCRIPTS = HOME / "workflow" / "scripts"
+
+
+def home(path):
+    """A path of the study: as written where it exists, else beside the Snakefile."""
+    return path if Path(path).exists() else str(HOME / path)
+
+
+def read_yaml(path):
+    return yaml.safe_load(Path(home(path)).read_text())
+
+
+def checked(settings, schema, files):
+    """The settings, refused with advice when a key or a value cannot be meant."""
+    try:
+        configuration.check_settings(settings, read_yaml(f"workflow/schemas/{schema}.schema.yaml"), files=files)
+    except ConfigurationError as error:
+        raise WorkflowError(f"ConfigurationError: {error}") from None
+    return settings
+
+
+def tissue_table(name):
+    """The parameters of config/tissues/{name}.yaml, complete for every tissue that segmentation finds."""
+    file = f"config/tissues/{name}.yaml"
+    table = checked(read_yaml(file), "tissues", [file])
+    try:
+        configuration.check_tissues(table["tissues"], ["adipose", "glandular", "muscle"], file=file)
+    except ConfigurationError as error:
+        raise WorkflowError(f"ConfigurationError: {error}") from None
+    return table
+
+
+def volunteer_table(file):
+    """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position."""
+    table = pd.read_table(home(file), dtype=str, comment="#", keep_default_na=False)
+    table = table[table.volunteer.isin(config["volunteers"])]
+    try:
+        configuration.check_volunteers(table, file=file, reference_position=config["reference_position"])
+    except ConfigurationError as error:
+        raise WorkflowError(f"ConfigurationError: {error}") from None
+    return {(row.volunteer, row.position): row for row in table.itertuples()}
+
+
+def imports_of(file):
+    """The package files that one file names, and the tables that it reads with tabulated('name')."""
+    tree = ast.parse(file.read_text())
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "tabulated":
+            yield PACKAGE / "io" / "data" / f"{ast.literal_eval(node.args[0])}.csv"
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "template":
+            yield PACKAGE / "study" / "templates" / ast.literal_eval(node.args[0])
+    for name in sorted(names):
+        if name.split(".")[0] == "mammosim":
+            path = HOME / "src" / Path(*name.split("."))
+            yield from (p for p in (path.with_suffix(".py"), path / "__init__.py") if p.exists())
+
+
+def library(script):
+    """Every file of the package that a script depends on, directly or not: editing one reruns the rule."""
+    found, open_files = set(), [SCRIPTS / script]
+    while open_files:
+        for path in imports_of(open_files.pop()):
+            if path not in found:
+                found.add(path)
+                open_files += [path] if path.suffix == ".py" else []
+    return sorted(map(str, found))
+
+
+checked(config, "config", [str(file) for file in workflow.configfiles])
+VOLUNTEERS = volunteer_table(config["volunteer_table"])
+TISSUES = tissue_table(config["tissues"])
+WOMEN = list(config["volunteers"])
+REFERENCE = config["reference_position"]
+
+
+def positions(volunteer):
+    """The positions that a volunteer was scanned in."""
+    return [position for name, position in VOLUNTEERS if name == volunteer]
+
+
+def moving(volunteer):
+    """The positions that are moved into the reference position's frame."""
+    return [position for position in positions(volunteer) if position != REFERENCE]
+
+
+def scanned(template, which=positions):
+    """A path for every volunteer and position."""
+    return [template.format(v=v, p=p) for v in WOMEN for p in which(v)]
+
+
+wildcard_constraints:
+    v="[a-z0-9_]+",
+    p="prone|supine|supine_tilted|upright",
+    side="left|right",

@@ -1,0 +1,110 @@
+# From raw series to labelled images, all in the scanner frame of their own position.
+
+
+def row(wildcards):
+    return VOLUNTEERS[wildcards.v, wildcards.p]
+
+
+rule import_image:
+    """A DICOM series or NIfTI image, refused when slices are missing, mixed, cut off, or in another position."""
+    input:
+        images=lambda wildcards: row(wildcards).images,
+        library=library("import_image.py"),
+    output:
+        image="results/images/{v}/{p}.nii.gz",
+        quality="results/images/{v}/{p}_quality.csv",
+    params:
+        gravity=lambda wildcards: row(wildcards).gravity,
+    log:
+        "results/logs/import_image/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/import_image/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/import_image.py"
+
+
+rule fiducials:
+    """Chest markers found in the image or taken from the list; breast markers and nipples from the list."""
+    input:
+        image="results/images/{v}/{p}.nii.gz",
+        listed=lambda wildcards: row(wildcards).fiducials,
+        library=library("fiducials.py"),
+    output:
+        "results/fiducials/{v}/{p}.csv",
+    params:
+        chest_markers=config["registration"]["chest_markers"],
+    log:
+        "results/logs/fiducials/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/fiducials/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/fiducials.py"
+
+
+rule inputs_checked:
+    """Every image and fiducial list of the study is usable: nothing long starts before."""
+    input:
+        quality=scanned("results/images/{v}/{p}_quality.csv"),
+        fiducials=scanned("results/fiducials/{v}/{p}.csv"),
+        library=library("inputs_checked.py"),
+    output:
+        "results/images/quality.csv",
+    log:
+        "results/logs/inputs_checked.log",
+    benchmark:
+        "results/benchmarks/inputs_checked/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/inputs_checked.py"
+
+
+rule register:
+    """The rigid motion of one position into the reference frame: markers first, then the rib cage's image."""
+    input:
+        checked=ancient("results/images/quality.csv"),
+        fixed=f"results/images/{{v}}/{REFERENCE}.nii.gz",
+        fixed_fiducials=f"results/fiducials/{{v}}/{REFERENCE}.csv",
+        moving="results/images/{v}/{p}.nii.gz",
+        moving_fiducials="results/fiducials/{v}/{p}.csv",
+        library=library("register.py"),
+    output:
+        transform="results/registration/{v}/{p}.tfm",
+        image="results/registration/{v}/{p}.nii.gz",
+        fiducials="results/registration/{v}/{p}_fiducials.csv",
+        steps="results/registration/{v}/{p}_steps.csv",
+    log:
+        "results/logs/register/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/register/{v}_{p}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/register.py"
+
+
+rule segment:
+    """Tissue labels of one image from a few strokes: forest, speed image, active contour."""
+    input:
+        checked=ancient("results/images/quality.csv"),
+        image="results/images/{v}/{p}.nii.gz",
+        strokes=lambda wildcards: row(wildcards).strokes,
+        library=library("segment.py"),
+    output:
+        labels="results/segmentation/{v}/{p}.nii.gz",
+        probability="results/segmentation/{v}/{p}_glandular.nii.gz",
+    params:
+        settings={key: value for key, value in config["segmentation"].items() if key != "positions"},
+        seed=config["seed"],
+    log:
+        "results/logs/segment/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/segment/{v}_{p}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/segment.py"

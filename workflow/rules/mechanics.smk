@@ -1,0 +1,82 @@
+# Equilibria under gravity: the elasticity sweep, upright with and without skin, the stress-free shape.
+SWEEP = config["mechanics"]["sweep"]
+UPRIGHT = config["mechanics"]["upright"]
+STRESS_FREE = config["mechanics"]["stress_free"]
+
+
+def gravity(volunteer, position):
+    return VOLUNTEERS[volunteer, position].gravity
+
+
+rule sweep:
+    """Supine taken as loaded, unloaded by reverse gravity, loaded prone, for one modulus."""
+    input:
+        mesh=f"results/meshes/{{v}}/{REFERENCE}.vtu",
+        start=f"results/registration/{{v}}/{REFERENCE}_fiducials.csv",
+        goal="results/registration/{v}/prone_fiducials.csv",
+        transform="results/registration/{v}/prone.tfm",
+        library=library("sweep.py"),
+    output:
+        row="results/mechanics/{v}/sweep/{kpa}kpa.csv",
+        shape="results/mechanics/{v}/sweep/{kpa}kpa.vtu",
+    params:
+        settings={key: value for key, value in SWEEP.items() if key != "youngs_modulus_kpa"},
+        gravity=lambda wildcards: [gravity(wildcards.v, REFERENCE), gravity(wildcards.v, "prone")],
+    log:
+        "results/logs/sweep/{v}_{kpa}kpa.log",
+    benchmark:
+        "results/benchmarks/sweep/{v}_{kpa}kpa.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/sweep.py"
+
+
+rule upright:
+    """Upright from prone, with or without skin of one modulus."""
+    input:
+        mesh="results/meshes/{v}/prone.vtu",
+        start="results/registration/{v}/prone_fiducials.csv",
+        transform="results/registration/{v}/prone.tfm",
+        library=library("upright.py"),
+    output:
+        row="results/mechanics/{v}/upright/skin_{skin_kpa}kpa.csv",
+        shape="results/mechanics/{v}/upright/skin_{skin_kpa}kpa.vtu",
+    params:
+        settings={key: value for key, value in UPRIGHT.items() if key != "skin_kpa"},
+        tissue={key: SWEEP[key] for key in ("poisson_ratio", "muscle_kpa", "density_g_cm3")},
+        gravity=lambda wildcards: gravity(wildcards.v, "prone"),
+    log:
+        "results/logs/upright/{v}_{skin_kpa}kpa.log",
+    benchmark:
+        "results/benchmarks/upright/{v}_{skin_kpa}kpa.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/upright.py"
+
+
+rule stress_free:
+    """The shape without gravity by one method, with its residual at every iteration."""
+    input:
+        mesh="results/meshes/{v}/{p}.vtu",
+        transform="results/registration/{v}/{p}.tfm",
+        library=library("stress_free.py"),
+    output:
+        shape="results/mechanics/{v}/stress_free/{p}_{method}.vtu",
+        history="results/mechanics/{v}/stress_free/{p}_{method}.csv",
+    params:
+        tissues=TISSUES,
+        gravity=lambda wildcards: gravity(wildcards.v, wildcards.p),
+        iterations=STRESS_FREE["iterations"],
+        tolerance_mm=STRESS_FREE["tolerance_mm"],
+    wildcard_constraints:
+        method="reverse_gravity|fixed_point",
+    log:
+        "results/logs/stress_free/{v}_{p}_{method}.log",
+    benchmark:
+        "results/benchmarks/stress_free/{v}_{p}_{method}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/stress_free.py"

@@ -1,0 +1,104 @@
+# From the compressed breast to its X-ray image and dose.
+XRAY = config["xray"]
+MEASURED = STRESS_FREE["position"]
+
+
+rule phantom:
+    """The compressed breast as voxels, with what was conserved on the way."""
+    input:
+        shape="results/compression/{v}/{side}.vtu",
+        stress_free=f"results/mechanics/{{v}}/stress_free/{MEASURED}_fixed_point.vtu",
+        measured=f"results/meshes/{{v}}/{MEASURED}.vtu",
+        labels=f"results/segmentation/{{v}}/{MEASURED}.nii.gz",
+        transform=f"results/registration/{{v}}/{MEASURED}.tfm",
+        fiducials=f"results/registration/{{v}}/{MEASURED}_fiducials.csv",
+        plates="results/compression/{v}/{side}_plates.json",
+        library=library("phantom.py"),
+    output:
+        labels="results/phantom/{v}/{side}.nii.gz",
+        conservation="results/phantom/{v}/{side}_conservation.csv",
+    params:
+        voxel_mm=XRAY["voxel_mm"],
+        lesion=XRAY["lesion"],
+        skin_mm=TISSUES["skin"]["thickness_mm"],
+        density_g_cm3={name: tissue["density_g_cm3"] for name, tissue in TISSUES["tissues"].items()},
+    log:
+        "results/logs/phantom/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/phantom/{v}_{side}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/phantom.py"
+
+
+rule spectrum:
+    """The X-ray spectrum of the tube, with its half-value layer and air kerma per mAs."""
+    input:
+        library=library("spectrum.py"),
+    output:
+        spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
+    params:
+        tube={key: XRAY[key] for key in ("anode", "filter", "filter_um", "peak_kv", "energies")},
+    log:
+        "results/logs/spectrum.log",
+    benchmark:
+        "results/benchmarks/spectrum/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/spectrum.py"
+
+
+rule dose_and_scatter:
+    """Glandular dose and scattered radiation by photon Monte Carlo, each with its standard error."""
+    input:
+        phantom="results/phantom/{v}/{side}.nii.gz",
+        plates="results/compression/{v}/{side}_plates.json",
+        spectrum="results/xray/spectrum.csv",
+        library=library("dose_and_scatter.py"),
+    output:
+        dose="results/xray/{v}/{side}_dose.csv",
+        scatter="results/xray/{v}/{side}_scatter.csv",
+    params:
+        geometry={
+            key: XRAY[key]
+            for key in ("source_to_detector_mm", "support_to_detector_mm", "scatter_pixel_mm")
+        },
+        dose_error_percent=XRAY["dose_error_percent"],
+        seed=config["seed"],
+    log:
+        "results/logs/dose_and_scatter/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/dose_and_scatter/{v}_{side}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/dose_and_scatter.py"
+
+
+rule mammogram:
+    """The X-ray image with quantum noise, with and without the lesion, and the lesion's contrast-to-noise ratio."""
+    input:
+        phantom="results/phantom/{v}/{side}.nii.gz",
+        plates="results/compression/{v}/{side}_plates.json",
+        spectrum="results/xray/spectrum.csv",
+        scatter="results/xray/{v}/{side}_scatter.csv",
+        dose="results/xray/{v}/{side}_dose.csv",
+        library=library("mammogram.py"),
+    output:
+        image="results/xray/{v}/{side}_mammogram.nii.gz",
+        row="results/xray/{v}/{side}_image.csv",
+    params:
+        geometry={key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm")},
+        detector_kerma_ugy=XRAY["detector_kerma_ugy"],
+        seed=config["seed"],
+    log:
+        "results/logs/mammogram/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/mammogram/{v}_{side}.tsv"
+    resources:
+        mem_mb=3000,
+    script:
+        "../scripts/mammogram.py"
