@@ -1,0 +1,83 @@
+"""Images and label maps as NIfTI files; coordinates stay in the patient frame LPS, mm."""
+
+from pathlib import Path
+
+import numpy as np
+import SimpleITK as sitk
+
+from mammosim.core.errors import ImageError
+from mammosim.core.volume import Grid, Image, LabelMap
+from mammosim.io.atomic import replacing
+
+
+def read_image(path: str | Path) -> Image:
+    """Intensities (nz, ny, nx) float32, axes permuted and flipped to the order (z, y, x), not resampled.
+
+    Raises ImageError when the file is absent, unreadable, or not a volume.
+    """
+    return image_of(_read(path))
+
+
+def write_image(image: Image, path: str | Path) -> None:
+    """Write `.nii.gz`, complete or not at all."""
+    _write(itk_volume(image.grid, image.values.astype(np.float32, copy=False)), path)
+
+
+def read_labels(path: str | Path) -> LabelMap:
+    """Labels (nz, ny, nx) uint8. Raises ImageError as `read_image`, or for values other than 0, 1, .. 255."""
+    volume = _read(path)
+    values = sitk.GetArrayFromImage(volume)
+    labels = values.astype(np.uint8)
+    if not np.array_equal(labels, values):
+        raise ImageError(
+            f"{path} has values from {values.min():g} to {values.max():g}, not all whole numbers in 0..255; "
+            "give a label map, or read it as an image"
+        )
+    return LabelMap(grid_of(volume), labels)
+
+
+def write_labels(labels: LabelMap, path: str | Path) -> None:
+    """Write `.nii.gz`, complete or not at all."""
+    _write(itk_volume(labels.grid, labels.values.astype(np.uint8, copy=False)), path)
+
+
+def itk_volume(grid: Grid, values: np.ndarray) -> sitk.Image:
+    """The SimpleITK image of values (nz, ny, nx), which shares the frame LPS."""
+    volume = sitk.GetImageFromArray(values)
+    volume.SetSpacing(grid.spacing.tolist())
+    volume.SetOrigin(grid.origin.tolist())
+    volume.SetDirection(grid.direction.ravel().tolist())
+    return volume
+
+
+def grid_of(volume: sitk.Image) -> Grid:
+    """Where the voxels of a SimpleITK volume are; its direction made orthonormal to machine precision."""
+    U, _, Vt = np.linalg.svd(np.array(volume.GetDirection()).reshape(3, 3))
+    nx, ny, nz = volume.GetSize()
+    return Grid((nz, ny, nx), np.array(volume.GetSpacing()), np.array(volume.GetOrigin()), U @ Vt)
+
+
+def image_of(volume: sitk.Image) -> Image:
+    """The image, its axes permuted and flipped to rise towards left, posterior, superior; not resampled."""
+    volume = sitk.DICOMOrient(volume, "LPS")
+    return Image(grid_of(volume), sitk.GetArrayFromImage(volume).astype(np.float32))
+
+
+def _read(path: str | Path) -> sitk.Image:
+    if not Path(path).is_file():
+        raise ImageError(f"no image {path}; run the stage that makes it, or correct the path")
+    try:
+        volume = sitk.ReadImage(str(path))
+    except RuntimeError as error:
+        raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({error})") from error
+    if volume.GetDimension() != 3 or volume.GetNumberOfComponentsPerPixel() != 1:
+        raise ImageError(
+            f"{path} has {volume.GetDimension()} dimensions and {volume.GetNumberOfComponentsPerPixel()} "
+            "components per voxel; give one volume: 3 dimensions, 1 component"
+        )
+    return sitk.DICOMOrient(volume, "LPS")
+
+
+def _write(volume: sitk.Image, path: str | Path) -> None:
+    with replacing(path) as temporary:
+        sitk.WriteImage(volume, str(temporary), useCompression=True)
