@@ -4,10 +4,11 @@ from snakemake.utils import min_version
 min_version("9.0")
 
 
-configfile: workflow.source_path("config/default.yaml")
+configfile: f"{workflow.basedir}/config/default.yaml"
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/progress.smk"
 include: "workflow/rules/volunteers.smk"
 include: "workflow/rules/images.smk"
 include: "workflow/rules/mesh.smk"

@@ -1,0 +1,66 @@
+# Scores against the truth of digital volunteers: the only rules, with those that make them, that read it.
+DIGITAL_WOMEN = [v for v in WOMEN if v in config["digital"]["women"]]
+SEGMENTED = config["segmentation"]["positions"]
+
+
+def scored(template, which):
+    """A path for every digital volunteer and each of `which(volunteer)`."""
+    return [template.format(v=v, p=p) for v in DIGITAL_WOMEN for p in which(v)]
+
+
+rule score_registration:
+    """Millimetres and degrees between the estimated and the true rigid motion."""
+    input:
+        estimated="results/registration/{w}/{p}.tfm",
+        steps="results/registration/{w}/{p}_steps.csv",
+        fiducials=f"results/fiducials/{{w}}/{{p}}.csv",
+        true_moving="results/truth/{w}/{p}_motion.tfm",
+        true_fixed=f"results/truth/{{w}}/{REFERENCE}_motion.tfm",
+        library=library("score_registration.py"),
+    output:
+        "results/scores/{w}/registration_{p}.csv",
+    log:
+        "results/logs/score_registration/{w}_{p}.log",
+    benchmark:
+        "results/benchmarks/score_registration/{w}_{p}.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/score_registration.py"
+
+
+rule score_segmentation:
+    """Overlap of each tissue with the true labels."""
+    input:
+        labels="results/segmentation/{w}/{p}.nii.gz",
+        truth="results/truth/{w}/{p}_labels.nii.gz",
+        library=library("score_segmentation.py"),
+    output:
+        "results/scores/{w}/segmentation_{p}.csv",
+    log:
+        "results/logs/score_segmentation/{w}_{p}.log",
+    benchmark:
+        "results/benchmarks/score_segmentation/{w}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/score_segmentation.py"
+
+
+rule score_stress_free:
+    """Distance between the estimated and the true stress-free skin."""
+    input:
+        shape=f"results/mechanics/{{w}}/stress_free/{STRESS_FREE['position']}_{{method}}.vtu",
+        truth="results/truth/{w}/stress_free.vtu",
+        motion=f"results/truth/{{w}}/{REFERENCE}_motion.tfm",
+        library=library("score_stress_free.py"),
+    output:
+        "results/scores/{w}/stress_free_{method}.csv",
+    log:
+        "results/logs/score_stress_free/{w}_{method}.log",
+    benchmark:
+        "results/benchmarks/score_stress_free/{w}_{method}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/score_stress_free.py"

@@ -1,0 +1,84 @@
+# Tables of the whole study, one per stage, and the numbers that the report quotes.
+
+def over(template, **values):
+    """A path for every volunteer and every combination of the values."""
+    return expand(template, v=WOMEN, **values)
+
+
+TABLES = {
+    "registration": scanned("results/registration/{v}/{p}_steps.csv", moving),
+    "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
+    "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", lambda v: SEGMENTED),
+    "mesh_quality": over("results/meshes/{v}/{p}_quality.csv", p=SEGMENTED),
+    "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", kpa=SWEEP["youngs_modulus_kpa"]),
+    "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", kpa=UPRIGHT["skin_kpa"]),
+    "stress_free": over(
+        f"results/mechanics/{{v}}/stress_free/{STRESS_FREE['position']}_{{method}}.csv",
+        method=STRESS_FREE["methods"],
+    ),
+    "stress_free_error": [
+        f"results/scores/{v}/stress_free_{method}.csv"
+        for v in DIGITAL_WOMEN
+        for method in STRESS_FREE["methods"]
+    ],
+    "compression": over("results/compression/{v}/{side}_path.csv", side=COMPRESSION["sides"]),
+    "conservation": over("results/phantom/{v}/{side}_conservation.csv", side=COMPRESSION["sides"]),
+    "dose": over("results/xray/{v}/{side}_dose.csv", side=COMPRESSION["sides"]),
+    "image": over("results/xray/{v}/{side}_image.csv", side=COMPRESSION["sides"]),
+}
+
+
+rule table:
+    """One table of the study: the rows of all volunteers together."""
+    input:
+        rows=lambda wildcards: TABLES[wildcards.table],
+        library=library("table.py"),
+    output:
+        "results/study/{table}.csv",
+    wildcard_constraints:
+        table="|".join(TABLES),
+    log:
+        "results/logs/table/{table}.log",
+    benchmark:
+        "results/benchmarks/table/{table}.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/table.py"
+
+
+rule numbers:
+    """Every number that the report and the README quote, by name."""
+    input:
+        tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
+        library=library("numbers.py"),
+    output:
+        "results/study/numbers.json",
+    log:
+        "results/logs/numbers.log",
+    benchmark:
+        "results/benchmarks/numbers/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/numbers.py"
+
+
+rule provenance:
+    """What made the results: versions, configuration, assumptions."""
+    input:
+        lock=str(HOME / "environment.lock"),
+        library=library("provenance.py"),
+        numbers="results/study/numbers.json",
+    output:
+        "results/study/provenance.json",
+    params:
+        configuration=config,
+    log:
+        "results/logs/provenance.log",
+    benchmark:
+        "results/benchmarks/provenance/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/provenance.py"
