@@ -20,6 +20,8 @@ SUBTETRAHEDRA = (
     (6, 5, 9, 8),
     (6, 9, 7, 8),
 )
+# The four linear triangles of a quadratic one, as local node numbers.
+SUBTRIANGLES = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
 
 
 @dataclass(frozen=True)

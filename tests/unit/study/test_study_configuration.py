@@ -90,5 +90,7 @@ def test_gravity_is_normalised():
 
 
 def test_a_tissue_without_parameters_is_named():
-    with pytest.raises(ConfigurationError, match="no parameters for tissue 'glandular'; add youngs_modulus_kpa"):
+    with pytest.raises(
+        ConfigurationError, match="no parameters for tissue 'glandular'; add youngs_modulus_kpa"
+    ):
         check_tissues(["adipose", "muscle"], ["adipose", "glandular", "muscle"], file="standard.yaml")
