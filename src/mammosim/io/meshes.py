@@ -1,0 +1,95 @@
+"""Meshes as VTK files (.vtu): tetrahedra and boundary triangles, quadratic, in mm, LPS.
+
+Cell data `tissue` holds the label of a tetrahedron (0 on triangles), `boundary` the number of a triangle's
+boundary in BOUNDARY_NUMBERS (0 on tetrahedra).
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from mammosim.core.errors import MeshError
+from mammosim.core.mesh import TetMesh
+from mammosim.io.atomic import replacing
+
+BOUNDARY_NUMBERS = {"skin": 1, "posterior": 2}
+CELL, FACE = "tetra10", "triangle6"
+
+
+def write_mesh(
+    mesh: TetMesh,
+    path: str | Path,
+    *,
+    point_data: Mapping[str, np.ndarray] | None = None,
+    cell_data: Mapping[str, np.ndarray] | None = None,
+) -> None:
+    """Write a mesh and fields on it: point_data name -> (n_node, ...), cell_data name -> (n_cell, ...).
+
+    On boundary triangles cell data are nan, or 0 where they are integers.
+    Raises MeshError when a boundary has no number in BOUNDARY_NUMBERS.
+    """
+    if unknown := sorted(set(mesh.boundaries) - set(BOUNDARY_NUMBERS)):
+        raise MeshError(f"unknown boundary {unknown[0]!r}; choose one of: {', '.join(BOUNDARY_NUMBERS)}")
+    faces = np.concatenate([np.empty((0, 6), dtype=np.int64), *mesh.boundaries.values()])
+    numbers = [np.full(len(f), BOUNDARY_NUMBERS[name]) for name, f in mesh.boundaries.items()]
+    on_faces = np.concatenate([np.empty(0), *numbers]).astype(np.uint8)
+    fields = {name: [values, _nothing(values, len(faces))] for name, values in (cell_data or {}).items()}
+    fields["tissue"] = [mesh.tissue.astype(np.uint8), np.zeros(len(faces), dtype=np.uint8)]
+    fields["boundary"] = [np.zeros(len(mesh.cells), dtype=np.uint8), on_faces]
+    cells = [(CELL, mesh.cells), (FACE, faces)]
+    stored = meshio.Mesh(mesh.points, cells, point_data=dict(point_data or {}), cell_data=fields)
+    with replacing(path) as temporary:
+        meshio.vtu.write(temporary, stored, binary=True, compression="zlib")
+
+
+def _nothing(values: np.ndarray, n: int) -> np.ndarray:
+    shape = (n, *values.shape[1:])
+    if np.issubdtype(values.dtype, np.floating):
+        return np.full(shape, np.nan, dtype=values.dtype)
+    return np.zeros(shape, dtype=values.dtype)
+
+
+def read_mesh(path: str | Path) -> TetMesh:
+    """The mesh that `write_mesh` wrote, its boundaries in the order of BOUNDARY_NUMBERS.
+
+    Raises MeshError when the file holds no quadratic tetrahedra or no tissue.
+    """
+    stored = _read(path)
+    if "tissue" not in stored.cell_data:
+        raise MeshError(f"{path} has no cell data 'tissue'; write it with write_mesh")
+    faces = stored.cells_dict.get(FACE, np.empty((0, 6), dtype=np.int64))
+    on_faces = stored.cell_data_dict["boundary"].get(FACE, np.empty(0))
+    boundaries = {name: faces[on_faces == n] for name, n in BOUNDARY_NUMBERS.items() if n in on_faces}
+    return TetMesh(stored.points, stored.cells_dict[CELL], _on_cells(stored, "tissue", path), boundaries)
+
+
+def read_point_data(path: str | Path, name: str) -> np.ndarray:
+    """A field (n_node, ...) on the nodes. Raises MeshError when the file has none of that name."""
+    stored = _read(path)
+    if name not in stored.point_data:
+        raise MeshError(
+            f"{path} has no point data {name!r}; it has: {', '.join(stored.point_data) or 'none'}"
+        )
+    return stored.point_data[name]
+
+
+def read_cell_data(path: str | Path, name: str) -> np.ndarray:
+    """A field (n_cell, ...) on the tetrahedra. Raises MeshError when the file has none of that name."""
+    return _on_cells(_read(path), name, path)
+
+
+def _read(path: str | Path) -> meshio.Mesh:
+    stored = meshio.vtu.read(path)
+    if CELL not in stored.cells_dict:
+        raise MeshError(
+            f"{path} holds no quadratic tetrahedra ({CELL}), only: {', '.join(stored.cells_dict)}"
+        )
+    return stored
+
+
+def _on_cells(stored: meshio.Mesh, name: str, path: str | Path) -> np.ndarray:
+    if name not in stored.cell_data:
+        raise MeshError(f"{path} has no cell data {name!r}; it has: {', '.join(stored.cell_data)}")
+    return stored.cell_data_dict[name][CELL]

@@ -1,0 +1,100 @@
+"""Closed triangle surfaces of signed fields and of labelled voxels, in the patient frame LPS, mm."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from skimage.measure import marching_cubes
+
+from mammosim.core.errors import MeshError
+from mammosim.core.labels import DEFORMABLE, Label
+from mammosim.core.volume import Grid, LabelMap
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A closed surface: points (n, 3) mm; triangles (m, 3) point numbers, counter-clockwise from outside.
+
+    Raises MeshError when an edge does not belong to exactly two triangles of opposite sense.
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.points).all():
+            raise MeshError("the surface has coordinates that are not finite")
+        if bad := _unpaired_edges(self.triangles):
+            raise MeshError(f"the surface is open or folded: {bad} edges do not join exactly two triangles")
+
+    def corners(self) -> np.ndarray:
+        """Corners (m, 3, 3) of the triangles: triangle, corner, coordinate."""
+        return self.points[self.triangles]
+
+    def volume(self) -> float:
+        """Enclosed volume in mm3: sum of a . (b x c) / 6."""
+        a, b, c = np.moveaxis(self.corners() - self.points.mean(axis=0), 1, 0)
+        return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6)
+
+
+def _unpaired_edges(triangles: np.ndarray) -> int:
+    """How many directed edges a -> b do not meet exactly one b -> a."""
+    a, b = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    n = int(triangles.max(initial=0)) + 1
+    forth, back = np.sort(a * n + b), np.sort(b * n + a)
+    twice = np.count_nonzero(forth[1:] == forth[:-1])
+    return int(twice + np.count_nonzero(~np.isin(forth, back)))
+
+
+def surface_of_field(values: np.ndarray, grid: Grid) -> Surface:
+    """Where a signed field (nz, ny, nx), negative inside, is zero: marching cubes, oriented outward.
+
+    The largest connected piece is kept and its cavities are filled. At the border of the grid the
+    surface is closed half a voxel outside the last centres. Raises MeshError when nothing is inside.
+    """
+    field = _one_solid(np.asarray(values, dtype=float))
+    # Outside the grid the field is the border's, made positive: it crosses zero at the voxel's outer face.
+    outside = np.pad(np.zeros(field.shape, dtype=bool), 1, constant_values=True)
+    padded = np.pad(field, 1, mode="edge")
+    padded[outside] = np.abs(padded[outside])
+    # Zeros at voxel centres would give triangles without area.
+    least = 1e-3 * np.abs(field).mean()
+    padded = np.where(np.abs(padded) < least, np.where(padded < 0, -least, least), padded)
+    vertices, triangles, _, _ = marching_cubes(padded, level=0.0)
+    surface = Surface(grid.points(vertices.astype(float) - 1), triangles.astype(np.int64))
+    return surface if surface.volume() > 0 else Surface(surface.points, surface.triangles[:, ::-1])
+
+
+def _one_solid(field: np.ndarray) -> np.ndarray:
+    """The field with all but the largest piece below zero turned outside, and cavities turned inside."""
+    pieces, n = ndimage.label(field < 0)
+    if n == 0:
+        raise MeshError("the field is nowhere negative: nothing lies inside the surface")
+    largest = pieces == 1 + np.argmax(np.bincount(pieces.ravel())[1:])
+    solid = ndimage.binary_fill_holes(largest)
+    return np.where(solid, -np.abs(field), np.abs(field))
+
+
+def surface_of_labels(
+    labels: LabelMap, *, inside: tuple[Label, ...] = DEFORMABLE, smoothing_mm: float | None = None
+) -> Surface:
+    """Smooth closed surface around the voxels of some labels.
+
+    The signed distance to the voxels' faces, smoothed by a Gaussian of standard deviation `smoothing_mm`
+    (by default the largest voxel spacing), is zero on it. Smoothing moves a surface of mean curvature 1/R
+    inwards by smoothing_mm^2 / R: 0.07 mm for 2 mm voxels and R = 60 mm.
+    """
+    spacing = labels.grid.spacing[::-1]
+    mask = np.isin(labels.values, inside)
+    if not mask.any():
+        raise MeshError(f"no voxel has a label of: {', '.join(label.tissue for label in inside)}")
+    sigma = float(spacing.max()) if smoothing_mm is None else smoothing_mm
+    distance = _signed_distance(mask, spacing)
+    return surface_of_field(ndimage.gaussian_filter(distance, sigma / spacing, mode="nearest"), labels.grid)
+
+
+def _signed_distance(mask: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Distance (nz, ny, nx) in mm to the faces between mask and background, negative inside the mask."""
+    half = float(spacing.mean()) / 2
+    inward, outward = (ndimage.distance_transform_edt(m, sampling=spacing) for m in (mask, ~mask))
+    return np.where(mask, half - inward, outward - half)

@@ -1,0 +1,95 @@
+"""Quadratic tetrahedra inside a closed surface, by gmsh."""
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import gmsh
+import numpy as np
+
+from mammosim.core.errors import MeshError
+from mammosim.core.labels import Label
+from mammosim.core.mesh import EDGES, TetMesh
+from mammosim.meshing.remesh import Size, remeshed
+from mammosim.meshing.surface import Surface
+
+log = logging.getLogger(__name__)
+
+LINEAR_TRIANGLE, LINEAR_TETRAHEDRON = 2, 4  # gmsh element types
+ATTEMPTS = 3
+FINER = 0.8
+
+
+def mesh_surface(surface: Surface, *, size: float | Size) -> TetMesh:
+    """Straight-edged quadratic tetrahedra, all ADIPOSE, without named boundaries.
+
+    size: edge length in mm, a number or a function of points (n, 3) that gives (n,). The surface is first
+    given triangles of that size. Where they are too coarse for the shape, so that gmsh cannot fill them,
+    the size is reduced to FINER times and tried again. The same input gives the same mesh.
+    Raises MeshError when the surface cannot be filled.
+    """
+    wanted = size if callable(size) else _everywhere(size)
+    for attempt in range(ATTEMPTS):
+        try:
+            points, tetrahedra = _filled(remeshed(surface, _scaled(wanted, FINER**attempt)))
+        except MeshError as error:
+            log.warning("attempt %d of %d at the surface: %s", attempt + 1, ATTEMPTS, error)
+        else:
+            points, cells = _quadratic(points, tetrahedra)
+            return TetMesh(points, cells, np.full(len(cells), Label.ADIPOSE, dtype=np.uint8))
+    raise MeshError(
+        f"gmsh could not fill the surface in {ATTEMPTS} attempts; "
+        "smooth the labels more, or ask for a smaller element size"
+    )
+
+
+def _everywhere(size: float) -> Size:
+    if not size > 0:
+        raise MeshError(f"element size {size:g} mm must be positive")
+    return lambda points: np.full(len(points), float(size))
+
+
+def _scaled(size: Callable, factor: float) -> Size:
+    return lambda points: factor * size(points)
+
+
+def _filled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and linear tetrahedra (m, 4) inside a surface whose triangles are kept."""
+    with _gmsh():
+        gmsh.model.addDiscreteEntity(2, 1)
+        gmsh.model.mesh.addNodes(2, 1, np.arange(1, len(surface.points) + 1), surface.points.ravel())
+        gmsh.model.mesh.addElementsByType(1, LINEAR_TRIANGLE, [], surface.triangles.ravel() + 1)
+        gmsh.model.geo.addVolume([gmsh.model.geo.addSurfaceLoop([1])])
+        gmsh.model.geo.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.optimize("")
+        gmsh.model.mesh.optimize("Netgen")
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        _, corners = gmsh.model.mesh.getElementsByType(LINEAR_TETRAHEDRON)
+    order = np.argsort(tags)
+    points = coordinates.reshape(-1, 3)[order]
+    used, tetrahedra = np.unique(np.searchsorted(tags[order], corners), return_inverse=True)
+    return points[used], tetrahedra.reshape(-1, 4)
+
+
+@contextmanager
+def _gmsh() -> Iterator[None]:
+    """A silent gmsh session with the same random numbers every time, free of personal settings."""
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.option.setNumber("Mesh.RandomSeed", 1)
+        yield
+    except Exception as error:  # gmsh raises nothing more specific
+        raise MeshError(f"gmsh: {error}") from error
+    finally:
+        gmsh.finalize()
+
+
+def _quadratic(points: np.ndarray, tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points with the middles of the edges appended, and cells (m, 10) in VTK order."""
+    edges = np.sort(tetrahedra[:, EDGES], axis=2)
+    unique, number = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
+    cells = np.hstack([tetrahedra, len(points) + number.reshape(-1, len(EDGES))])
+    return np.vstack([points, points[unique].mean(axis=1)]), cells
