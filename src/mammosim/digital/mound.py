@@ -1,0 +1,76 @@
+"""One breast, stress-free: half an ellipsoid whose axis leans outward and down, with a nipple on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mammosim.digital.build import Build
+from mammosim.digital.shape import ellipsoid_distance
+
+# ASSUME: a nipple is a ball whose centre lies 0.3 of its radius below the skin, blended over 3 mm.
+NIPPLE_SUNK = 0.3
+NIPPLE_BLEND_MM = 3.0
+
+
+@dataclass(frozen=True)
+class Mound:
+    """side: 'left' or 'right'; centre (3,) on the chest's skin, mm; axes (3, 3): rows u, v, d, orthonormal,
+    d towards the nipple, v mostly up; radii (3,) along them, mm; nipple_mm: radius of the nipple.
+    """
+
+    side: str
+    centre: np.ndarray
+    axes: np.ndarray
+    radii: np.ndarray
+    nipple_mm: float
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """q (n, 3) mm: components of points along u, v, d from the centre."""
+        return (points - self.centre) @ self.axes.T
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance (n,) to the ellipsoid, mm."""
+        return ellipsoid_distance(self.local(points), self.radii)
+
+    def nipple_distance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance (n,) to the ball of the nipple, mm."""
+        ball = self.centre + (self.radii[2] - NIPPLE_SUNK * self.nipple_mm) * self.axes[2]
+        return np.linalg.norm(points - ball, axis=1) - self.nipple_mm
+
+    @property
+    def nipple(self) -> np.ndarray:
+        """Tip of the nipple (3,), mm."""
+        return self.centre + (self.radii[2] + (1 - NIPPLE_SUNK) * self.nipple_mm) * self.axes[2]
+
+
+def mounds(build: Build) -> tuple[Mound, Mound]:
+    """The left and the right breast of a build."""
+    # ASSUME: the right breast is the mirrored left one, scaled by right_scale.
+    return _mound(build, "left", 1.0, 1.0), _mound(build, "right", -1.0, build.breast.right_scale)
+
+
+def torso_axes(build: Build) -> np.ndarray:
+    """Semi-axes (2,) in x and y of the torso's skin, mm: rib cage + muscle + fat + skin."""
+    chest = build.chest
+    layers = chest.muscle_mm + chest.fat_mm + build.skin.mean_mm
+    return np.array([chest.semi_axis_x_mm, chest.semi_axis_y_mm]) + layers
+
+
+def _mound(build: Build, side: str, sign: float, scale: float) -> Mound:
+    breast = build.breast
+    a, b = torso_axes(build)
+    y = build.chest.centre_y_mm - b * np.sqrt(1 - (breast.side_mm / a) ** 2)
+    lateral, inferior = np.radians([breast.lateral_deg, breast.inferior_deg])
+    d = np.array(
+        [sign * np.sin(lateral) * np.cos(inferior), -np.cos(lateral) * np.cos(inferior), -np.sin(inferior)]
+    )
+    u = np.cross(d, [0.0, 0.0, 1.0])
+    u /= np.linalg.norm(u)
+    radii = scale * np.array([breast.base_radius_mm, breast.base_radius_mm, breast.projection_mm])
+    return Mound(
+        side,
+        np.array([sign * breast.side_mm, y, 0.0]),
+        np.stack([u, np.cross(u, d), d]),
+        radii,
+        breast.nipple_mm,
+    )
