@@ -1,0 +1,165 @@
+"""Where the source and the flat detector stand, in the patient frame, mm."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mammosim.core.errors import XrayError
+from mammosim.xray.phantom import AIR, Phantom
+
+
+@dataclass(frozen=True)
+class Detector:
+    """A flat detector of square pixels.
+
+    origin: (3,) centre of pixel [0, 0]; u, v: (3,) unit vectors along columns and rows.
+    shape: (nv, nu); the image is (nv, nu) with pixel [row, column] at origin + pixel_mm (column u + row v).
+
+    Raises XrayError when u and v are not orthonormal, or shape or pixel are not positive.
+    """
+
+    origin: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    shape: tuple[int, int]
+    pixel_mm: float
+
+    def __post_init__(self) -> None:
+        axes = np.array([self.u, self.v], float)
+        if axes.shape != (2, 3) or not np.allclose(axes @ axes.T, np.eye(2), atol=1e-9):
+            raise XrayError(f"detector axes u = {self.u} and v = {self.v} must be orthonormal (3,) vectors")
+        if min(self.shape) < 1 or not 0 < self.pixel_mm < np.inf:
+            raise XrayError(
+                f"detector of {self.shape} pixels of {self.pixel_mm} mm must have a positive size"
+            )
+        if not np.all(np.isfinite(self.origin)):
+            raise XrayError(f"detector origin {self.origin} must be finite")
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Unit normal (3,) n = u x v."""
+        return np.cross(self.u, self.v)
+
+    @property
+    def corner(self) -> np.ndarray:
+        """Outer corner (3,) of pixel [0, 0]."""
+        return self.origin - self.pixel_mm / 2 * (self.u + self.v)
+
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        """Lengths along u and v."""
+        return self.shape[1] * self.pixel_mm, self.shape[0] * self.pixel_mm
+
+    def binned(self, cell_mm: float) -> "Detector":
+        """A coarser detector on the same area, whose cells are about `cell_mm` and of whole pixels.
+
+        Raises XrayError when no such cell divides the detector.
+        """
+        step = max(round(cell_mm / self.pixel_mm), 1)
+        if self.shape[0] % step or self.shape[1] % step:
+            raise XrayError(f"cells of {step} pixels do not divide a detector of {self.shape} pixels")
+        shape = (self.shape[0] // step, self.shape[1] // step)
+        origin = self.origin + (step - 1) / 2 * self.pixel_mm * (self.u + self.v)
+        return Detector(origin, self.u, self.v, shape, step * self.pixel_mm)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """A point source (3,) and a detector whose side with u x v pointing to the source is exposed.
+
+    Raises XrayError when the source is in or behind the detector's plane.
+    """
+
+    source: np.ndarray
+    detector: Detector
+
+    def __post_init__(self) -> None:
+        if not np.all(np.isfinite(self.source)):
+            raise XrayError(f"source {self.source} must be finite")
+        if not self.source_height_mm > 0:
+            raise XrayError(
+                f"the source is {-self.source_height_mm:g} mm behind the detector; "
+                "swap its axes u and v, or move the source to where u x v points"
+            )
+
+    @property
+    def source_height_mm(self) -> float:
+        """Distance of the source from the detector's plane."""
+        return float((self.source - self.detector.origin) @ self.detector.normal)
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Where rays through points (n, 3) meet the detector: (n, 2) mm along u and v from its corner.
+
+        Points at or above the source project to NaN.
+        """
+        d, s = self.detector, self.source
+        height = (s - points) @ d.normal
+        t = np.where(height > 0, self.source_height_mm / np.where(height > 0, height, 1), np.nan)
+        return (s + (points - s) * t[:, None] - d.corner) @ np.array([d.u, d.v]).T
+
+    def solid_angle(self) -> float:
+        """Solid angle in sr of the detector seen from the source (Van Oosterom & Strackee 1983)."""
+        d = self.detector
+        (a, b), c = d.size_mm, d.corner - self.source
+        corners = (c, c + a * d.u, c + a * d.u + b * d.v, c + b * d.v)
+        return _triangle(corners[0], corners[1], corners[2]) + _triangle(corners[0], corners[2], corners[3])
+
+
+def _triangle(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+    """tan(Omega/2) = |a . b x c| / (abc + (a.b) c + (a.c) b + (b.c) a)."""
+    la, lb, lc = (float(np.linalg.norm(r)) for r in (a, b, c))
+    return 2 * float(np.arctan2(abs(a @ np.cross(b, c)), la * lb * lc + a @ b * lc + a @ c * lb + b @ c * la))
+
+
+def mammography_geometry(
+    phantom: Phantom,
+    *,
+    chest_wall_y_mm: float,
+    source_to_detector_mm: float = 650.0,
+    air_gap_mm: float = 15.0,
+    field_mm: tuple[float, float] = (240.0, 300.0),
+    pixel_mm: float = 1.0,
+) -> Geometry:
+    """A craniocaudal view of a breast pressed along z: source above the chest-wall edge, detector below.
+
+    The detector starts at y = chest_wall_y_mm, reaches field_mm[0] to anterior (-y) and field_mm[1] along x,
+    centred on the breast, and lies air_gap_mm below it. Image rows run from the chest wall to the nipple.
+    Raises XrayError when the shadow of the breast (tissue with y < chest_wall_y_mm) leaves the field.
+    """
+    # ASSUME: the focal spot is a point above the chest-wall edge of the detector.
+    tops, bottom = _breast_surface(phantom, chest_wall_y_mm)
+    x = (tops[:, 0].min() + tops[:, 0].max()) / 2
+    z = bottom - air_gap_mm
+    shape = (round(field_mm[0] / pixel_mm), round(field_mm[1] / pixel_mm))
+    left = x + shape[1] * pixel_mm / 2 - pixel_mm / 2
+    origin = np.array([left, chest_wall_y_mm - pixel_mm / 2, z])
+    detector = Detector(origin, np.array([-1.0, 0, 0]), np.array([0, -1.0, 0]), shape, pixel_mm)
+    geometry = Geometry(np.array([x, chest_wall_y_mm, z + source_to_detector_mm]), detector)
+    require_in_field(geometry, tops)
+    return geometry
+
+
+def require_in_field(geometry: Geometry, points: np.ndarray) -> None:
+    """Raises XrayError when the shadow of one of the points (n, 3) leaves the detector."""
+    uv, size = geometry.project(points), geometry.detector.size_mm
+    if not np.all((uv >= 0) & (uv <= size)):
+        low, high = np.nanmin(uv, axis=0), np.nanmax(uv, axis=0)
+        raise XrayError(
+            f"the shadow spans {low[0]:.0f} to {high[0]:.0f} by {low[1]:.0f} to {high[1]:.0f} mm, "
+            f"but the detector {size[0]:.0f} x {size[1]:.0f} mm; enlarge field_mm, or move breast or source"
+        )
+
+
+def _breast_surface(phantom: Phantom, chest_wall_y_mm: float) -> tuple[np.ndarray, float]:
+    """Highest tissue points (n, 3) of the voxel columns before the chest wall, and the lowest tissue's z."""
+    grid = phantom.grid
+    tissue = phantom.index != AIR
+    y = grid.origin[1] + grid.spacing[1] * np.arange(grid.shape[1])
+    tissue = tissue & (y < chest_wall_y_mm)[None, :, None]
+    if not tissue.any():
+        raise XrayError(f"no tissue at y < chest_wall_y_mm = {chest_wall_y_mm:g} mm; the breast points to -y")
+    j, i = np.nonzero(tissue.any(axis=0))
+    k = grid.shape[0] - 1 - np.argmax(tissue[::-1, j, i], axis=0)
+    tops = grid.points(np.stack([k + 0.5, j, i], axis=1))
+    lowest = int(np.nonzero(tissue.any(axis=(1, 2)))[0][0])
+    return tops, float(grid.origin[2] + (lowest - 0.5) * grid.spacing[2])
