@@ -1,4 +1,4 @@
-"""The compressed breast as voxels: each voxel is carried back to where it was measured and takes its tissue there."""
+"""The compressed breast as voxels: each is carried back to where it was measured and takes its tissue there."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -109,7 +109,7 @@ def with_lesion(
 
 
 def tissue_at(segmentation: LabelMap, points: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    """Label (n,) uint8 of the nearest voxel at points (n, 3); where that is no soft tissue, `otherwise` (n,)."""
+    """Label (n,) uint8 of the voxels at points (n, 3); where that is no soft tissue, `otherwise` (n,)."""
     index = np.rint(segmentation.grid.indices(points)).astype(int)
     shape = np.array(segmentation.grid.shape)
     found = segmentation.values[tuple(np.clip(index, 0, shape - 1).T)]
@@ -150,7 +150,8 @@ def conservation(
     """What becomes of the tissue inside the phantom's field, from the measured shape to the voxels.
 
     Columns quantity, tissue, step, before, after, relative_change. Steps of volume_mm3: 'deformation', from
-    the measured shape to the deformed mesh (the integral of J); 'voxels', from there to the phantom (no lesion).
+    the measured shape to the deformed mesh (the integral of J); 'voxels', from there to the phantom without
+    lesion.
     mass_g: 'all steps', each tissue with its own density.
     """
     body = material_volume(mesh, measured)

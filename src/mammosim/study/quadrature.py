@@ -27,10 +27,10 @@ class MaterialVolume:
 
 
 def material_volume(mesh: TetMesh, reference: np.ndarray) -> MaterialVolume:
-    """32 points in each cell, 4 in each of its 8 parts; the parts make sharp borders (a box, a label) resolved.
+    """32 points in each cell, 4 in each of its 8 parts, which resolve sharp borders: a box, a label.
 
-    mesh: in its deformed shape x; reference: X (n_node, 3) mm. dV = w det(dX/dxi), dv = w det(dx/dxi), so that
-    the sum of dv over a part of the body is the integral of J dV.
+    mesh: in its deformed shape x; reference: X (n_node, 3) mm. dV = w det(dX/dxi), dv = w det(dx/dxi): the
+    sum of dv over a part of the body is the integral of J dV.
     """
     parts = NODES[np.array(SUBTETRAHEDRA)]
     L = np.einsum("qv,svd->sqd", FOUR_POINTS, parts).reshape(-1, 4)
@@ -44,7 +44,7 @@ def material_volume(mesh: TetMesh, reference: np.ndarray) -> MaterialVolume:
 
 
 def _shape_functions(L: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """N (q, 10) and dN/dxi (q, 10, 3) at barycentric coordinates L (q, 4), with xi = L[1:], L_0 = 1 - sum xi."""
+    """N (q, 10) and dN/dxi (q, 10, 3) at barycentric coordinates L (q, 4): xi = L[1:]."""
     a, b = np.array(EDGES).T
     N = np.hstack([L * (2 * L - 1), 4 * L[:, a] * L[:, b]])
     dL = np.vstack([-np.ones(3), np.eye(3)])
