@@ -1,17 +1,26 @@
 """What the scanner finds at each point of its grid: the material of a volunteer lying in it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
+from mammosim.core.mesh import TetMesh
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import Grid
 from mammosim.digital.anatomy import Anatomy
 from mammosim.digital.markers import skin_normals, skin_points
+from mammosim.digital.skin_map import SkinMap, skin_map
 from mammosim.digital.thorax import organs_at
+from mammosim.meshing.raster import rasterise
+
+SKIN_REACH_MM = (
+    8.0  # how far from its centre a piece of skin carries points outside the mesh: chords, the nipple
+)
+HELD_MM = 3.0  # how far from the held faces the surface of the mesh may lie
 
 
 class Body(Protocol):
@@ -47,6 +56,53 @@ class AtRest:
     def normals(self) -> np.ndarray:
         """See Body."""
         return skin_normals(self.anatomy, skin_points(self.anatomy).points) @ self.moved.R.T
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """The body under gravity: mesh.points are stress-free, x (n_node, 3) is the equilibrium; body frame, mm."""
+
+    anatomy: Anatomy
+    moved: RigidTransform
+    mesh: TetMesh
+    x: np.ndarray
+
+    @cached_property
+    def skin(self) -> SkinMap:
+        """The deformation continued beyond the meshed skin."""
+        return skin_map(self.mesh, self.x)
+
+    def materials(self, grid: Grid) -> np.ndarray:
+        """See Body: every point is carried back to the stress-free reference, where the anatomy is known.
+
+        In the mesh by its elements, near the skin by the skin; everywhere else the body is rigid.
+        """
+        points = self.moved.inverse()(grid.centres())
+        raster = rasterise(self.mesh.moved_to(self.moved(self.x)), grid)
+        inside = raster.inside.ravel()
+        outside = np.flatnonzero(~inside)
+        near, above_skin = self.skin.pulled(points[outside], SKIN_REACH_MM)
+        left = outside[~near]
+        left = left[self._left_by_tissue(points[left])]
+        points[inside] = raster.carry(self.mesh.points)
+        points[outside[near]] = above_skin
+        labels = self.anatomy.labels_at(points)
+        labels[left] = Label.AIR
+        return materials_of(self.anatomy, points, labels).reshape(grid.shape)
+
+    def _left_by_tissue(self, points: np.ndarray) -> np.ndarray:
+        """Whether tissue was at points (n, 3) and moved away; slivers along the held faces never move."""
+        held = np.minimum(self.anatomy.rib_distance(points), -self.anatomy.region_field(points))
+        return (self.anatomy.outer_field(points) < 0) & (held > HELD_MM)
+
+    def fiducials(self) -> Fiducials:
+        """See Body."""
+        listed = skin_points(self.anatomy)
+        return Fiducials(listed.names, listed.kinds, self.moved(self.skin.pushed(listed.points)[0]))
+
+    def normals(self) -> np.ndarray:
+        """See Body."""
+        return self.skin.pushed(skin_points(self.anatomy).points)[1] @ self.moved.R.T
 
 
 def materials_of(anatomy: Anatomy, points: np.ndarray, labels: np.ndarray) -> np.ndarray:

@@ -1,0 +1,95 @@
+"""The truth's own body: a mesh of the stress-free shape with tissues, and its equilibrium under gravity."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mammosim.core.labels import Label
+from mammosim.core.mesh import FACES, TetMesh
+from mammosim.core.tissues import Tissue
+from mammosim.core.volume import grid_around
+from mammosim.digital.anatomy import Anatomy
+from mammosim.digital.mound import torso_axes
+from mammosim.mechanics.body import Skin, load
+from mammosim.mechanics.equilibrium import Equilibrium
+from mammosim.meshing.surface import Surface, surface_of_field
+from mammosim.meshing.tetrahedra import mesh_surface
+
+FIELD_MM = 2.5  # spacing at which the stress-free shape is sampled for its surface
+BLEND_MM = 25.0  # over which the element size grows from the breasts to the chest
+LATTICE = 5  # points of a cell at which its tissue is asked: a lattice of this many along an edge
+
+
+def truth_mesh(anatomy: Anatomy, *, breast_mm: float, chest_mm: float) -> TetMesh:
+    """The stress-free soft tissue in the body frame, with tissues and the boundaries `skin` and `posterior`.
+
+    Elements have about breast_mm in the breasts, growing to chest_mm away from them. Raises MeshError.
+    """
+
+    def size(points: np.ndarray) -> np.ndarray:
+        distance = np.minimum(*(mound.distance(points) for mound in anatomy.mounds))
+        return breast_mm + (chest_mm - breast_mm) * np.clip(distance / BLEND_MM, 0, 1)
+
+    mesh = mesh_surface(_surface(anatomy), size=size)
+    tissue = tissue_of_cells(anatomy, mesh)
+    return TetMesh(mesh.points, mesh.cells, tissue, _boundaries(anatomy, mesh))
+
+
+def load_truth(
+    anatomy: Anatomy,
+    mesh: TetMesh,
+    gravity: np.ndarray,
+    *,
+    tissues: Mapping[Label, Tissue],
+    skin_youngs_modulus_kpa: float,
+    skin_poisson_ratio: float,
+) -> Equilibrium:
+    """The body under gravity (3,), a unit vector in the body frame, its skin of regional thickness.
+
+    Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
+    """
+    # ASSUME: the truth differs from the reconstruction in its mesh, regional skin, stiffer gland, higher nu.
+    centres = mesh.points[mesh.boundaries["skin"]].mean(axis=1)
+    skin = Skin(skin_youngs_modulus_kpa, skin_poisson_ratio, anatomy.skin_thickness(centres))
+    return load(mesh, tissues, gravity, skin=skin)
+
+
+def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:
+    """Label (n_cell,) uint8 that most points of a cell have; skin is a membrane, its volume counts as fat."""
+    barycentric = _lattice(LATTICE)
+    corners = mesh.points[mesh.cells[:, :4]]
+    points = np.einsum("qa,cai->cqi", barycentric, corners)
+    labels = anatomy.labels_at(points.reshape(-1, 3)).reshape(points.shape[:2])
+    solids = (Label.ADIPOSE, Label.GLANDULAR, Label.MUSCLE)
+    labels[labels == Label.THORAX] = Label.MUSCLE
+    labels[~np.isin(labels, solids)] = Label.ADIPOSE
+    count = np.stack([(labels == solid).sum(axis=1) for solid in solids])
+    return np.array(solids, np.uint8)[count.argmax(axis=0)]
+
+
+def _surface(anatomy: Anatomy) -> Surface:
+    chest = anatomy.build.chest
+    front = min(mound.nipple[1] for mound in anatomy.mounds)
+    half_width = max(torso_axes(anatomy.build)[0], *(abs(m.centre[0]) + m.radii[0] for m in anatomy.mounds))
+    high = np.array([half_width, chest.region_back_mm, chest.region_half_height_mm]) + 2 * FIELD_MM
+    low = np.array([-high[0], front - 2 * FIELD_MM, -high[2]])
+    grid = grid_around(low, high, FIELD_MM)
+    return surface_of_field(anatomy.soft_tissue_field(grid.centres()).reshape(grid.shape), grid)
+
+
+def _boundaries(anatomy: Anatomy, mesh: TetMesh) -> dict[str, np.ndarray]:
+    """Outer faces: `skin` where the skin is the nearest of the region's limits, else `posterior`."""
+    faces = mesh.cells[:, FACES].reshape(-1, 6)
+    _, index, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
+    outer = faces[np.sort(index[count == 1])]
+    centres = mesh.points[outer[:, :3]].mean(axis=1)
+    held = np.minimum(np.abs(anatomy.rib_distance(centres)), np.abs(anatomy.region_field(centres)))
+    skin = np.abs(anatomy.outer_field(centres)) < held
+    return {"skin": outer[skin], "posterior": outer[~skin]}
+
+
+def _lattice(n: int) -> np.ndarray:
+    """Barycentric coordinates (m, 4) of a regular lattice inside a tetrahedron, n points along an edge."""
+    steps = np.stack(np.meshgrid(*[np.arange(n)] * 4, indexing="ij"), axis=-1).reshape(-1, 4)
+    steps = steps[steps.sum(axis=1) == n - 1]
+    return (steps + 0.5) / (n + 1)
