@@ -1,9 +1,12 @@
 """A mesh in any configuration as voxels, each of which knows where in its element it lies.
 
-A quadratic tetrahedron maps its local coordinates xi (barycentric L = (1 - sum xi, xi)) to
-x(xi) = x0 + B xi + sum over edges (a, b) of 4 La Lb (x_ab - (x_a + x_b) / 2), B the edges from corner 0.
-In the coordinates eta = B^-1 (x - x0) of the straight element this reads
-eta(xi) = xi + sum 4 La Lb delta_ab, which Newton's method inverts from the start xi = eta.
+A quadratic tetrahedron with corners x0..x3 maps its local coordinates xi to
+x(xi) = x0 + B xi + sum over edges (a, b) of 4 La Lb (x_ab - (x_a + x_b) / 2), B = (x1, x2, x3) - x0,
+L = (1 - sum xi, xi). In the coordinates eta = B^-1 (x - x0) of the straight element, with the curvatures
+d_ab = B^-1 (x_ab - (x_a + x_b) / 2) of its edges, this reads
+eta(xi) = xi + (G + Q xi) xi, G_i = 4 d_0i, Q_ij = 2 (d_ij - d_0i - d_0j), d_ii = 0,
+which Newton's method inverts from the start xi = eta, with the Jacobian 1 + G + 2 Q xi. In strongly curved
+elements that start can lead out of the element although a solution lies in it; then others are tried.
 """
 
 from dataclasses import dataclass
@@ -20,21 +23,29 @@ from mammosim.core.volume import Grid
 ON_FACE = 1e-7
 NEWTON_STEPS = 20
 CONVERGED = 1e-6  # Newton step relative to the element; it doubles its digits, so that the error is 1e-12
+FLAT = 1e-12  # volume over the cube of the edges
+# With all |Q| below this, the start xi = eta found each of 10^6 points in random elements with J > 0.
+STRONGLY_CURVED = 0.4
+OTHER_STARTS = np.array(
+    [[0.25, 0.25, 0.25], [0.7, 0.1, 0.1], [0.1, 0.7, 0.1], [0.1, 0.1, 0.7], [0.1, 0.1, 0.1]]
+)
 FAR = 4.0  # local coordinates beyond this do not come back
 _EDGES = np.array(EDGES)
-_GRADIENTS = np.array([[-1.0, -1.0, -1.0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of L, (4, 3)
 
 
 class _Elements(NamedTuple):
     """Inverse maps of the elements, in the grid's index coordinates (k, j, i).
 
-    corner (n, 3): x0. inverse (n, 3, 3): B^-1. delta (n, 6, 3): curvature of each edge.
+    corner (n, 3): x0. inverse (n, 3, 3): B^-1. G (n, 3, 3), Q (n, 3, 3, 3): curvature, component first;
+    curvature (n,): largest |Q|.
     low, high (n, 4): bounds of eta and, last, of 1 - sum eta. box (n, 2, 3): bounds in voxels.
     """
 
     corner: np.ndarray
     inverse: np.ndarray
-    delta: np.ndarray
+    G: np.ndarray
+    Q: np.ndarray
+    curvature: np.ndarray
     low: np.ndarray
     high: np.ndarray
     box: np.ndarray
@@ -85,20 +96,35 @@ def rasterise(mesh: TetMesh, grid: Grid) -> Raster:
 def _elements(x: np.ndarray) -> _Elements:
     """From nodes x (n, 10, 3) in index coordinates."""
     B = np.moveaxis(x[:, 1:4] - x[:, :1], 1, 2)
-    flat = np.flatnonzero(np.abs(np.linalg.det(B)) < 1e-12 * np.linalg.norm(B, axis=(1, 2)) ** 3)
+    flat = np.flatnonzero(np.abs(np.linalg.det(B)) < FLAT * np.linalg.norm(B, axis=(1, 2)) ** 3)
     if len(flat):
         raise MeshError(f"{len(flat)} elements are flat, the first is number {flat[0]}; mend the mesh")
     inverse = np.linalg.inv(B)
-    delta = (x[:, 4:] - x[:, _EDGES].mean(axis=2)) @ np.moveaxis(inverse, 1, 2)
-    # A quadratic map stays within the hull of its Bezier points: corners, and per edge the middle + 2 delta.
-    eta = np.zeros((len(x), 10, 3))
+    d = (x[:, 4:] - x[:, _EDGES].mean(axis=2)) @ np.moveaxis(inverse, 1, 2)
+    low, high, box = _bounds(x[:, 0], B, d)
+    G, Q = _curvature(d)
+    return _Elements(x[:, 0].copy(), inverse, G, Q, np.abs(Q).max(axis=(1, 2, 3)), low, high, box)
+
+
+def _curvature(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """G (n, 3, 3) and Q (n, 3, 3, 3) of edge curvatures d (n, 6, 3)."""
+    d_ab = np.zeros((len(d), 4, 4, 3))
+    for e, (a, b) in enumerate(EDGES):
+        d_ab[:, a, b] = d_ab[:, b, a] = d[:, e]
+    d_0i, d_ij = d_ab[:, 0, 1:], d_ab[:, 1:, 1:]
+    G, Q = 4 * d_0i, 2 * (d_ij - d_0i[:, :, None] - d_0i[:, None])
+    return np.ascontiguousarray(np.moveaxis(G, -1, 1)), np.ascontiguousarray(np.moveaxis(Q, -1, 1))
+
+
+def _bounds(x0: np.ndarray, B: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bounds of eta and of the voxels, from the Bezier points: corners, and per edge its middle + 2 d."""
+    eta = np.zeros((len(d), 10, 3))
     eta[:, 1:4] = np.eye(3)
-    eta[:, 4:] = eta[:, _EDGES].mean(axis=2) + 2 * delta
+    eta[:, 4:] = eta[:, _EDGES].mean(axis=2) + 2 * d
     L = np.concatenate([eta, 1 - eta.sum(axis=2, keepdims=True)], axis=2)
-    hull = x[:, :1] + eta @ np.moveaxis(B, 1, 2)
-    low, high = L.min(axis=1) - ON_FACE, L.max(axis=1) + ON_FACE
+    hull = x0[:, None] + eta @ np.moveaxis(B, 1, 2)
     box = np.stack([np.ceil(hull.min(axis=1) - ON_FACE), np.floor(hull.max(axis=1) + ON_FACE) + 1], axis=1)
-    return _Elements(x[:, 0].copy(), inverse, delta, low, high, box.astype(np.int64))
+    return L.min(axis=1) - ON_FACE, L.max(axis=1) + ON_FACE, box.astype(np.int64)
 
 
 def _elements_of_slices(span: np.ndarray, n_slice: int) -> tuple[np.ndarray, np.ndarray]:
@@ -158,32 +184,34 @@ def _holds(elements: _Elements, c: int, voxel: tuple[int, int, int], xi: np.ndar
     if not low[3] <= 1 - eta[0] - eta[1] - eta[2] <= high[3]:
         return False
     xi[0], xi[1], xi[2] = eta
-    return _invert(elements.delta[c], eta, xi) and min(xi.min(), 1 - xi.sum()) >= -ON_FACE
+    if _invert(elements.G[c], elements.Q[c], eta, xi):
+        return True
+    if elements.curvature[c] > STRONGLY_CURVED:
+        for start in OTHER_STARTS:
+            xi[:] = start
+            if _invert(elements.G[c], elements.Q[c], eta, xi):
+                return True
+    return False
 
 
 @njit(cache=True)
-def _invert(delta: np.ndarray, eta: tuple[float, float, float], xi: np.ndarray) -> bool:
-    """Solve xi + sum 4 La Lb delta_ab = eta from the start xi; whether it converged."""
+def _invert(G: np.ndarray, Q: np.ndarray, eta: tuple[float, float, float], xi: np.ndarray) -> bool:
+    """Solve xi + (G + Q xi) xi = eta from the start xi; whether it converged inside the element."""
     J = np.empty((3, 3))
     r = np.empty(3)
     for _ in range(NEWTON_STEPS):
-        L = (1 - xi[0] - xi[1] - xi[2], xi[0], xi[1], xi[2])
         for d in range(3):
             r[d] = xi[d] - eta[d]
-            J[d, 0], J[d, 1], J[d, 2] = d == 0, d == 1, d == 2
-        for e in range(6):
-            a, b = _EDGES[e]
-            for d in range(3):
-                r[d] += 4 * L[a] * L[b] * delta[e, d]
-                for f in range(3):
-                    J[d, f] += 4 * (_GRADIENTS[a, f] * L[b] + L[a] * _GRADIENTS[b, f]) * delta[e, d]
+            for i in range(3):
+                Q_xi = Q[d, i, 0] * xi[0] + Q[d, i, 1] * xi[1] + Q[d, i, 2] * xi[2]
+                r[d] += (G[d, i] + Q_xi) * xi[i]
+                J[d, i] = G[d, i] + 2 * Q_xi
+            J[d, d] += 1
         step = _solved(J, r)
-        for d in range(3):
-            xi[d] -= step[d]
-        size = max(abs(step[0]), abs(step[1]), abs(step[2]))
-        if size < CONVERGED:
-            return True
-        if not np.abs(xi).max() < FAR:
+        xi[0], xi[1], xi[2] = xi[0] - step[0], xi[1] - step[1], xi[2] - step[2]
+        if max(abs(step[0]), abs(step[1]), abs(step[2])) < CONVERGED:
+            return min(xi[0], xi[1], xi[2], 1 - xi[0] - xi[1] - xi[2]) >= -ON_FACE
+        if not max(abs(xi[0]), abs(xi[1]), abs(xi[2])) < FAR:
             return False
     return False
 

@@ -1,0 +1,119 @@
+"""From a label map to the mesh of the tissue that deforms."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage
+
+from mammosim.core.errors import MeshError
+from mammosim.core.labels import DEFORMABLE, Label
+from mammosim.core.mesh import TetMesh
+from mammosim.core.volume import Grid, LabelMap
+from mammosim.meshing.boundary import named_boundaries
+from mammosim.meshing.quality import require_sound
+from mammosim.meshing.raster import rasterise
+from mammosim.meshing.remesh import Size
+from mammosim.meshing.surface import surface_of_labels
+from mammosim.meshing.tetrahedra import mesh_surface
+
+# ASSUME: tissue within 20 mm of the rib cage is chest wall, meshed with the larger elements; the size
+# ASSUME: changes over the next 20 mm to that of the breast.
+CHEST_MM, CHANGE_MM = 20.0, 20.0
+# Voxels finer than this fraction of the smallest element are thinned out before the surface is built.
+VOXELS_PER_ELEMENT = 6
+
+
+@dataclass(frozen=True)
+class ElementSize:
+    """Edge lengths in mm: breast_mm far from the rib cage, chest_mm next to it.
+
+    Raises MeshError unless both lie in [1, 50] mm.
+    """
+
+    breast_mm: float
+    chest_mm: float
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 1 <= value <= 50:
+                raise MeshError(
+                    f"{name} = {value:g} is outside [1, 50] mm; 12 suits a breast: was it given in cm?"
+                )
+
+
+def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
+    """Tetrahedra of the DEFORMABLE voxels' largest piece, with tissue and boundaries `skin` and `posterior`.
+
+    A cell's tissue is the label of most deformable voxels in it. Raises MeshError when there is nothing to
+    mesh, or the mesh is not sound.
+    """
+    coarse = _thinned(labels, min(size.breast_mm, size.chest_mm) / VOXELS_PER_ELEMENT)
+    mesh = mesh_surface(surface_of_labels(coarse), size=_size_by_depth(coarse, size))
+    mesh = replace(mesh, tissue=tissue_of_cells(mesh, labels), boundaries=named_boundaries(mesh, coarse))
+    require_sound(mesh)
+    return mesh
+
+
+def crop_body(
+    labels: LabelMap, *, posterior_limit_mm: float, height_limits_mm: tuple[float, float]
+) -> LabelMap:
+    """Deformable voxels with y beyond the limit, or z outside the two limits, become THORAX.
+
+    Limits in the patient frame of the labels' grid. The cut is thereby held, as the chest wall is.
+    """
+    k, j, i = np.ogrid[tuple(slice(n) for n in labels.grid.shape)]
+    steps = labels.grid.direction * labels.grid.spacing
+    _, y, z = (o + s[0] * i + s[1] * j + s[2] * k for o, s in zip(labels.grid.origin, steps))
+    low, high = height_limits_mm
+    cut = ((y > posterior_limit_mm) | (z < low) | (z > high)) & np.isin(labels.values, DEFORMABLE)
+    return LabelMap(labels.grid, np.where(cut, np.uint8(Label.THORAX), labels.values))
+
+
+def tissue_of_cells(mesh: TetMesh, labels: LabelMap) -> np.ndarray:
+    """The label (n_cell,) uint8 of most deformable voxels in each cell, or of the nearest where there is none.
+
+    Of labels with equal numbers of voxels the lowest counts.
+    """
+    # ASSUME: skin voxels count as adipose in the volume, since the skin is a membrane on the surface.
+    tissue = np.where(labels.values == Label.SKIN, np.uint8(Label.ADIPOSE), labels.values)
+    raster = rasterise(mesh, labels.grid)
+    counted = raster.inside & np.isin(tissue, DEFORMABLE)
+    n = len(Label)
+    votes = np.bincount(raster.cell[counted] * n + tissue[counted], minlength=len(mesh.cells) * n)
+    votes = votes.reshape(-1, n)
+    winner = votes.argmax(axis=1).astype(np.uint8)
+    empty = votes.sum(axis=1) == 0
+    if empty.any():
+        centres = mesh.points[mesh.cells[empty, :4]].mean(axis=1)
+        winner[empty] = _nearest_deformable(tissue, labels.grid, centres)
+    return winner
+
+
+def _nearest_deformable(tissue: np.ndarray, grid: Grid, points: np.ndarray) -> np.ndarray:
+    """Label (n,) of the deformable voxel nearest to the voxel of each point (n, 3)."""
+    nearest = ndimage.distance_transform_edt(
+        ~np.isin(tissue, DEFORMABLE), sampling=grid.spacing[::-1], return_distances=False, return_indices=True
+    )
+    voxel = np.clip(np.rint(grid.indices(points)).astype(int), 0, np.array(grid.shape) - 1)
+    return tissue[tuple(nearest[:, *voxel.T])]
+
+
+def _thinned(labels: LabelMap, step_mm: float) -> LabelMap:
+    """Every n-th voxel along each axis, at most step_mm apart."""
+    n = np.maximum(np.floor(step_mm / labels.grid.spacing + 1e-9).astype(int), 1)
+    values = labels.values[:: n[2], :: n[1], :: n[0]]
+    return LabelMap(replace(labels.grid, shape=values.shape, spacing=labels.grid.spacing * n), values)
+
+
+def _size_by_depth(labels: LabelMap, size: ElementSize) -> Size:
+    """Edge length by the distance from the thorax; without a thorax all is breast."""
+    thorax = labels.values == Label.THORAX
+    if not thorax.any():
+        return lambda points: np.full(len(points), size.breast_mm)
+    depth = ndimage.distance_transform_edt(~thorax, sampling=labels.grid.spacing[::-1]).astype(np.float32)
+
+    def at(points: np.ndarray) -> np.ndarray:
+        d = ndimage.map_coordinates(depth, labels.grid.indices(points).T, order=1, mode="nearest")
+        return np.interp(d, [CHEST_MM, CHEST_MM + CHANGE_MM], [size.chest_mm, size.breast_mm])
+
+    return at

@@ -1,0 +1,42 @@
+"""The faces on the outside of a mesh, and what lies beyond them."""
+
+import numpy as np
+from scipy import ndimage
+
+from mammosim.core.labels import DEFORMABLE, Label
+from mammosim.core.mesh import FACES, TetMesh
+from mammosim.core.volume import LabelMap
+
+# What the skin meets; markers are stuck on from outside.
+OPEN = (Label.AIR, Label.MARKER)
+
+
+def boundary_faces(cells: np.ndarray) -> np.ndarray:
+    """Quadratic triangles (n_face, 6), normals outward, that belong to one cell (n_cell, 10) only."""
+    faces = cells[:, FACES].reshape(-1, 6)
+    corners = np.sort(faces[:, :3], axis=1)
+    _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
+    return faces[np.sort(first[count == 1])]
+
+
+def named_boundaries(mesh: TetMesh, labels: LabelMap) -> dict[str, np.ndarray]:
+    """`skin`: faces nearer to air than to what holds the tissue; `posterior`: all others.
+
+    The thorax holds it, and whatever lies beyond the image; distances are means over a face's six nodes.
+    """
+    faces = boundary_faces(mesh.cells)
+    opened = np.pad(np.isin(labels.values, OPEN), 1)
+    held = np.pad(~np.isin(labels.values, (*OPEN, *DEFORMABLE)), 1, constant_values=True)
+    nodes = 1 + labels.grid.indices(mesh.points[faces].reshape(-1, 3))
+    to_air, to_held = (
+        _distance(outside, labels, nodes).reshape(-1, 6).mean(axis=1) for outside in (opened, held)
+    )
+    return {"skin": faces[to_air < to_held], "posterior": faces[to_air >= to_held]}
+
+
+def _distance(mask: np.ndarray, labels: LabelMap, indices: np.ndarray) -> np.ndarray:
+    """Distance (n,) mm from array indices (n, 3) to the nearest centre of a voxel in the mask."""
+    if not mask.any():
+        return np.full(len(indices), np.inf)
+    field = ndimage.distance_transform_edt(~mask, sampling=labels.grid.spacing[::-1])
+    return ndimage.map_coordinates(field.astype(np.float32), indices.T, order=1, mode="nearest")

@@ -1,0 +1,48 @@
+"""How far the skin of one mesh lies from the skin of another."""
+
+import numpy as np
+
+from mammosim.core.errors import MeshError
+from mammosim.core.mesh import TetMesh
+from mammosim.meshing.nearest import NearestOnTriangles
+
+# Flat pieces along an edge of a quadratic face: of its sagitta 1/16 is left as an error.
+PIECES = 4
+
+
+def surface_distance(mesh: TetMesh, other: TetMesh, *, boundary: str = "skin") -> np.ndarray:
+    """Distance (n,) mm from each node of a mesh's boundary, numbers ascending, to the other's boundary.
+
+    Raises MeshError when one of them has no such boundary.
+    """
+    require_boundary(mesh, boundary)
+    return distance_to_boundary(mesh.points[mesh.boundary_nodes(boundary)], other, boundary=boundary)
+
+
+def distance_to_boundary(points: np.ndarray, mesh: TetMesh, *, boundary: str = "skin") -> np.ndarray:
+    """Distance (n,) mm from points (n, 3) to the quadratic faces of a boundary.
+
+    Raises MeshError when the mesh has no such boundary.
+    """
+    require_boundary(mesh, boundary)
+    nearest, _ = NearestOnTriangles(flat_pieces(mesh.points[mesh.boundaries[boundary]]))(points)
+    return np.linalg.norm(nearest - points, axis=1)
+
+
+def require_boundary(mesh: TetMesh, name: str) -> None:
+    """Raise MeshError unless the mesh has faces of that boundary."""
+    if not len(mesh.boundaries.get(name, ())):
+        raise MeshError(f"the mesh has no boundary {name!r}; it has: {', '.join(mesh.boundaries) or 'none'}")
+
+
+def flat_pieces(faces: np.ndarray) -> np.ndarray:
+    """Flat triangles (n_face * PIECES^2, 3, 3), their corners on quadratic faces (n_face, 6, 3)."""
+    k = PIECES
+    at = {(i, j): n for n, (i, j) in enumerate((i, j) for i in range(k + 1) for j in range(k + 1 - i))}
+    upward = [(at[i, j], at[i + 1, j], at[i, j + 1]) for i, j in at if i + j < k]
+    downward = [(at[i + 1, j], at[i + 1, j + 1], at[i, j + 1]) for i, j in at if i + j < k - 1]
+    i, j = np.array(list(at)).T / k
+    L = np.stack([1 - i - j, i, j], axis=1)
+    N = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)])
+    points = np.einsum("qa,fad->fqd", N, faces)
+    return points[:, np.array(upward + downward)].reshape(-1, 3, 3)
