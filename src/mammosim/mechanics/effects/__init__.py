@@ -1,0 +1,18 @@
+"""Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
+
+from mammosim.mechanics.effects.bulk import NeoHookean
+from mammosim.mechanics.effects.plate import ContactState, RigidPlate, RoundedBox
+from mammosim.mechanics.effects.protocol import Effect, Scaled
+from mammosim.mechanics.effects.skin import SkinMembrane
+from mammosim.mechanics.effects.weight import Weight
+
+__all__ = [
+    "ContactState",
+    "Effect",
+    "NeoHookean",
+    "RigidPlate",
+    "RoundedBox",
+    "Scaled",
+    "SkinMembrane",
+    "Weight",
+]

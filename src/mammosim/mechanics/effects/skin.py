@@ -1,0 +1,171 @@
+"""Skin as a membrane on the surface: quadratic triangles without bending stiffness.
+
+W_m = h mu/2 (tr C + 1/det C - 3) per reference area,  C = F^T F (2 x 2),  F = dx/ds (3 x 2)
+P = h mu (F - M / d^2),  M = F adj C,  d = det C
+"""
+
+# ASSUME: skin as a membrane is incompressible in its plane law (its thickness follows from its area), has no bending stiffness and no weight of its own.
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from mammosim.mechanics.effects.protocol import WithoutVolume
+from mammosim.mechanics.pattern import Tangent, add_to_nodes
+from mammosim.mechanics.reference import FaceQuadrature
+
+
+@dataclass(frozen=True)
+class SkinMembrane(WithoutVolume):
+    """faces (n_face, 6); stiffness h mu (n_face,) kPa mm."""
+
+    faces: np.ndarray
+    quadrature: FaceQuadrature
+    stiffness: np.ndarray
+
+    @property
+    def connectivity(self) -> np.ndarray:
+        """The faces."""
+        return self.faces
+
+    def energy(self, x: np.ndarray) -> float:
+        """The integral of W_m; infinite where a face has no area."""
+        q = self.quadrature
+        return float(np.sum(_energies(x, self.faces, q.gradients, q.areas, self.stiffness)))
+
+    def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
+        """g_a += integral of P dN_a/ds."""
+        q = self.quadrature
+        add_to_nodes(self.faces, _gradients(x, self.faces, q.gradients, q.areas, self.stiffness), g)
+
+    def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
+        """K_ab += integral of dN_a/ds . d2W_m/dF2 . dN_b/ds."""
+        q = self.quadrature
+        kernel = _projected_tangents if projected else _tangents
+        K.add(self.faces, kernel(x, self.faces, q.gradients, q.areas, self.stiffness))
+
+
+@numba.njit(cache=True, inline="always")
+def _deformation(x, nodes, dN, F, C, M):  # type: ignore[no-untyped-def]
+    """F = sum_a x_a (x) dN_a/ds, C = F^T F, M = F adj C; returns det C."""
+    for i in range(3):
+        for j in range(2):
+            s = 0.0
+            for a in range(6):
+                s += x[nodes[a], i] * dN[a, j]
+            F[i, j] = s
+    for i in range(2):
+        for j in range(2):
+            C[i, j] = F[0, i] * F[0, j] + F[1, i] * F[1, j] + F[2, i] * F[2, j]
+    for i in range(3):
+        M[i, 0] = F[i, 0] * C[1, 1] - F[i, 1] * C[0, 1]
+        M[i, 1] = F[i, 1] * C[0, 0] - F[i, 0] * C[0, 1]
+    return C[0, 0] * C[1, 1] - C[0, 1] * C[0, 1]
+
+
+@numba.njit(cache=True, parallel=True)
+def _energies(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+    n_face, n_q = dA.shape
+    energies = np.zeros(n_face)
+    for e in numba.prange(n_face):
+        F, C, M = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2))
+        for q in range(n_q):
+            d = _deformation(x, faces[e], dN[e, q], F, C, M)
+            if d <= 0:
+                energies[e] = np.inf
+            else:
+                energies[e] += dA[e, q] * stiffness[e] / 2 * (C[0, 0] + C[1, 1] + 1 / d - 3)
+    return energies
+
+
+@numba.njit(cache=True, parallel=True)
+def _gradients(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+    n_face, n_q = dA.shape
+    ge = np.zeros((n_face, 6, 3))
+    for e in numba.prange(n_face):
+        F, C, M = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2))
+        for q in range(n_q):
+            d = _deformation(x, faces[e], dN[e, q], F, C, M)
+            w = dA[e, q] * stiffness[e]
+            for a in range(6):
+                for i in range(3):
+                    P0 = F[i, 0] - M[i, 0] / (d * d)
+                    P1 = F[i, 1] - M[i, 1] / (d * d)
+                    ge[e, a, i] += w * (P0 * dN[e, q, a, 0] + P1 * dN[e, q, a, 1])
+    return ge
+
+
+@numba.njit(cache=True, inline="always")
+def _second_derivative(F, C, M, d, A):  # type: ignore[no-untyped-def]
+    """A (6 x 6) = d2/dF2 of (tr C + 1/d) / 2, rows and columns 2 i + j of F_ij."""
+    for i in range(3):
+        for j in range(3):
+            FF = F[i, 0] * F[j, 0] + F[i, 1] * F[j, 1]
+            for s in range(2):
+                for t in range(2):
+                    adj_C = C[1 - s, 1 - t] if s == t else -C[s, t]
+                    dM = 2 * F[i, s] * F[j, t] - F[i, t] * F[j, s] - (FF if s == t else 0.0)
+                    if i == j:
+                        dM += adj_C
+                    A[2 * i + s, 2 * j + t] = 4 / d**3 * M[i, s] * M[j, t] - dM / d**2
+                    if i == j and s == t:
+                        A[2 * i + s, 2 * j + t] += 1.0
+
+
+@numba.njit(cache=True, inline="always")
+def _add_product(A, dN, w, K):  # type: ignore[no-untyped-def]
+    """K_ab += w dN_a . A . dN_b for b >= a."""
+    for a in range(6):
+        for b in range(a, 6):
+            for i in range(3):
+                for j in range(3):
+                    s = 0.0
+                    for t in range(2):
+                        for u in range(2):
+                            s += dN[a, t] * A[2 * i + t, 2 * j + u] * dN[b, u]
+                    K[a, b, i, j] += w * s
+
+
+@numba.njit(cache=True, inline="always")
+def _mirror(K):  # type: ignore[no-untyped-def]
+    """Make element tangents symmetric to the last bit: only the upper half was summed."""
+    for a in range(K.shape[0]):
+        for i in range(3):
+            for j in range(i):
+                K[a, a, i, j] = K[a, a, j, i]
+        for b in range(a):
+            for i in range(3):
+                for j in range(3):
+                    K[a, b, i, j] = K[b, a, j, i]
+
+
+@numba.njit(cache=True, parallel=True)
+def _tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+    n_face, n_q = dA.shape
+    Ke = np.zeros((n_face, 6, 6, 3, 3))
+    for e in numba.prange(n_face):
+        F, C, M, A = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty((6, 6))
+        for q in range(n_q):
+            d = _deformation(x, faces[e], dN[e, q], F, C, M)
+            _second_derivative(F, C, M, d, A)
+            _add_product(A, dN[e, q], dA[e, q] * stiffness[e], Ke[e])
+        _mirror(Ke[e])
+    return Ke
+
+
+@numba.njit(cache=True, parallel=True)
+def _projected_tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+    """As _tangents, with the negative eigenvalues of d2W_m/dF2 (6 x 6) set to zero at each point."""
+    n_face, n_q = dA.shape
+    Ke = np.zeros((n_face, 6, 6, 3, 3))
+    for e in numba.prange(n_face):
+        F, C, M, A = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty((6, 6))
+        for q in range(n_q):
+            d = _deformation(x, faces[e], dN[e, q], F, C, M)
+            _second_derivative(F, C, M, d, A)
+            values, vectors = np.linalg.eigh(A)
+            A[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+            _add_product(A, dN[e, q], dA[e, q] * stiffness[e], Ke[e])
+        _mirror(Ke[e])
+    return Ke

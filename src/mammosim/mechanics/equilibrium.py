@@ -1,0 +1,141 @@
+"""Equilibrium: a verified minimum of the potential energy of a scene.
+
+Newton's method on the free degrees of freedom, with the pressure of the bulk predicted at the integration points (see
+NeoHookean.predicted). Steps are cut so that J stays positive at every integration point; energy may rise for a few steps
+(a watchdog, Chamberlain et al. 1982), after which the solver returns to the best shape and searches along the line for a
+lower energy. When a load step fails it is halved.
+"""
+
+import logging
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mammosim.core.errors import EquilibriumError
+from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.effects.protocol import Effect
+from mammosim.mechanics.newton import Iteration, NewtonSettings, StepFailed, System, converge, is_stable
+from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.soundness import require_well_posed
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the loads are applied.
+
+    load_steps: how many equal steps to begin with, None to choose from the effects; smallest_step: of the load factor.
+    """
+
+    newton: NewtonSettings = field(default_factory=NewtonSettings)
+    load_steps: int | None = None
+    smallest_step: float = 1 / 64
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A verified state of equilibrium.
+
+    points (n_node, 3) mm; history: one row per Newton iteration; residual: the free forces relative to the load;
+    smallest_J at the integration points; positive_definite: no negative pivot in the exact tangent, so a stable minimum;
+    energy uJ; factorisations; seconds of wall time.
+    """
+
+    points: np.ndarray
+    history: tuple[Iteration, ...]
+    residual: float
+    smallest_J: float
+    positive_definite: bool
+    energy: float
+    factorisations: int
+    seconds: float
+
+
+def held_nodes(mesh: TetMesh) -> np.ndarray:
+    """(n_node, 3) bool: every component of the nodes of `posterior`."""
+    held = np.zeros(mesh.points.shape, dtype=bool)
+    held[mesh.boundary_nodes("posterior")] = True
+    return held
+
+
+def equilibrium(
+    mesh: TetMesh,
+    effects: tuple[Effect, ...],
+    *,
+    loads: tuple[Effect, ...] = (),
+    start: np.ndarray | None = None,
+    held: np.ndarray | None = None,
+    settings: Settings | None = None,
+) -> Equilibrium:
+    """The equilibrium of effects and loads on a mesh whose points are the reference configuration.
+
+    start (n_node, 3): where to begin, and where the held degrees of freedom stay (default: the reference);
+    held (n_node, 3) bool (default: all components of the nodes of `posterior`).
+    Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
+    """
+    began = time.perf_counter()
+    settings = settings or Settings()
+    held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
+    require_well_posed(mesh, held)
+    x = mesh.points if start is None else start
+    history: list[Iteration] = []
+    with System.of(Potential(effects, loads), held) as system:
+        x = _under_full_load(system, x, warm=start is not None, settings=settings, history=history)
+        return _verified(system, x, settings, history, began)
+
+
+def _under_full_load(
+    system: System, x: np.ndarray, *, warm: bool, settings: Settings, history: list[Iteration]
+) -> np.ndarray:
+    """x at load factor 1; steps are halved when they fail and doubled when they succeed."""
+    reached = 0.0
+    step = 1.0 if warm or not system.potential.loads else 1 / (settings.load_steps or 1)
+    while reached < 1.0:
+        target = min(1.0, reached + step)
+        try:
+            x = converge(system.under(target), x, settings.newton, history)
+            reached, step = target, 2 * step
+        except StepFailed as failure:
+            step = (target - reached) / 2
+            log.info("load factor %.3f failed: %s", target, failure)
+            if step < settings.smallest_step or not system.potential.loads:
+                raise EquilibriumError(
+                    f"no equilibrium beyond load factor {reached:.3f}: {failure}. {_ADVICE}",
+                    history=tuple(history),
+                    load_factor=reached,
+                ) from failure
+    return x
+
+
+_ADVICE = (
+    "The shape may have lost its stability: add skin, stiffen the tissue, "
+    "let the chest wall carry it, or start from a neighbouring equilibrium"
+)
+
+
+def _verified(
+    system: System, x: np.ndarray, settings: Settings, history: list[Iteration], began: float
+) -> Equilibrium:
+    """The result, or EquilibriumError when residual, J or stability does not hold at x."""
+    residual = system.relative_residual(x)
+    smallest_J = system.potential.smallest_J(x)
+    stable = is_stable(system, x)
+    if residual > settings.newton.tolerance or smallest_J <= 0 or not stable:
+        raise EquilibriumError(
+            f"the shape found is no verified equilibrium: residual {residual:.1e} (at most "
+            f"{settings.newton.tolerance:g}), smallest J {smallest_J:.3f} (above 0), "
+            f"{'stable' if stable else 'unstable'}. {_ADVICE}",
+            history=tuple(history),
+        )
+    return Equilibrium(
+        x,
+        tuple(history),
+        residual,
+        smallest_J,
+        stable,
+        system.potential.energy(x),
+        system.solver.factorisations,
+        time.perf_counter() - began,
+    )

@@ -1,0 +1,166 @@
+"""Newton's method on a potential, guarded: every shape it visits has J > 0 at all integration points."""
+
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import NamedTuple
+
+import numpy as np
+
+from mammosim.core.errors import MechanicsError
+from mammosim.mechanics.linear import SymmetricSolver
+from mammosim.mechanics.pattern import Pattern, UpperRows, pattern_of, upper_rows
+from mammosim.mechanics.potential import Potential
+
+
+class Iteration(NamedTuple):
+    """One Newton iteration: the state it began with, and what it did."""
+
+    load_factor: float
+    residual: float
+    energy: float
+    smallest_J: float
+    negative_pivots: int
+    step_length: float
+
+
+class StepFailed(Exception):
+    """Newton did not converge at this load; internal to the package, caught by the load control."""
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """tolerance: of the free forces relative to the load; trusted: steps in which the energy may rise."""
+
+    tolerance: float = 1e-8
+    max_iterations: int = 40
+    trusted: int = 2
+    smallest_step: float = 2.0**-10
+
+
+@dataclass(frozen=True)
+class System:
+    """A potential with the degrees of freedom that are free, and the solver of its tangent."""
+
+    potential: Potential
+    held: np.ndarray
+    pattern: Pattern
+    rows: UpperRows
+    solver: SymmetricSolver
+
+    @classmethod
+    def of(cls, potential: Potential, held: np.ndarray) -> "System":
+        """The system of a potential, held (n_node, 3) bool."""
+        elements = [term.connectivity for term in potential.terms if len(term.connectivity)]
+        pattern = pattern_of(len(held), elements)
+        rows = upper_rows(pattern, held)
+        return cls(potential, held, pattern, rows, SymmetricSolver(rows.row_start, rows.columns))
+
+    def under(self, load_factor: float) -> "System":
+        """The same system under a part of its loads."""
+        return replace(self, potential=self.potential.at(load_factor))
+
+    def free_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dPi/dx of the free degrees of freedom (n_free,), mN."""
+        return self.potential.gradient(x).ravel()[self.rows.free]
+
+    def relative_residual(self, x: np.ndarray) -> float:
+        """Norm of the free forces relative to the largest force that acts on them."""
+        scale = self.potential.force_scale(x, ~self.held)
+        return float(np.linalg.norm(self.free_gradient(x))) / scale if scale > 0 else 0.0
+
+    def spread(self, step: np.ndarray) -> np.ndarray:
+        """A step of the free degrees of freedom (n_free,) as (n_node, 3), zero where held."""
+        dx = np.zeros(self.held.size)
+        dx[self.rows.free] = step
+        return dx.reshape(self.held.shape)
+
+    def __enter__(self) -> "System":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.solver.release()
+
+
+def is_stable(system: System, x: np.ndarray) -> bool:
+    """Whether the exact tangent at x is positive definite."""
+    return system.solver.factorise(system.rows.values(system.potential.tangent(x, system.pattern)))
+
+
+@dataclass
+class _Watchdog:
+    """The shape of lowest energy so far, the Newton step from it, and how many steps have not improved on it."""
+
+    x: np.ndarray
+    energy: float
+    dx: np.ndarray
+    slope: float
+    patience: int = 0
+
+
+def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: list[Iteration]) -> np.ndarray:
+    """x (n_node, 3) with a residual below tolerance, from a start x; raises StepFailed. Extends the history."""
+    potential, tangent_of = system.potential, system.potential
+    best: _Watchdog | None = None
+    for _ in range(settings.max_iterations):
+        energy, residual = potential.energy(x), system.relative_residual(x)
+        smallest_J = potential.smallest_J(x)
+        if not np.isfinite(energy) or smallest_J <= 0:
+            raise StepFailed(f"the start has J = {smallest_J:.3f} at an integration point")
+        if _is_converged(system, x, residual, settings):
+            history.append(Iteration(potential.load_factor, residual, energy, smallest_J, 0, 0.0))
+            return x
+        dx, slope, negative = _newton_step(system, tangent_of, x)
+        if best is None or energy <= best.energy + 1e-4 * best.slope + _rounding(best.energy):
+            best = _Watchdog(x, energy, dx, slope)
+        elif best.patience < settings.trusted:
+            best.patience += 1
+        else:
+            x, energy, dx, slope = best.x, best.energy, best.dx, best.slope
+            best = _Watchdog(x, energy, dx, slope, patience=settings.trusted)
+        searching = best.patience >= settings.trusted and x is best.x
+        length = _step_length(potential, x, dx, settings, slope if searching else None)
+        history.append(Iteration(potential.load_factor, residual, energy, smallest_J, negative, length))
+        tangent_of = potential.predicted(x, length * dx)
+        x = x + length * dx
+    raise StepFailed(f"{settings.max_iterations} iterations left a residual of {residual:.1e}")
+
+
+def _is_converged(system: System, x: np.ndarray, residual: float, settings: NewtonSettings) -> bool:
+    return residual <= settings.tolerance
+
+
+def _rounding(energy: float) -> float:
+    """What rounding may change an energy by."""
+    return 1e-11 * abs(energy)
+
+
+def _newton_step(system: System, tangent_of: Potential, x: np.ndarray) -> tuple[np.ndarray, float, int]:
+    """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then made positive definite."""
+    g = system.free_gradient(x)
+    stable = system.solver.factorise(system.rows.values(tangent_of.tangent(x, system.pattern)))
+    negative = system.solver.negative_pivots
+    if not stable:
+        system.solver.factorise(system.rows.values(tangent_of.tangent(x, system.pattern, projected=True)))
+    step = system.solver.solve(-g)
+    if not np.all(np.isfinite(step)):
+        raise MechanicsError("the tangent is singular: is part of the mesh not attached to the held nodes?")
+    return system.spread(step), float(g @ step), negative
+
+
+def _step_length(
+    potential: Potential, x: np.ndarray, dx: np.ndarray, settings: NewtonSettings, slope: float | None
+) -> float:
+    """The largest of 1, 1/2, 1/4... that keeps J > 0, and with a slope also lowers the energy (Armijo)."""
+    smallest = 0.1 * min(1.0, potential.smallest_J(x))
+    energy = potential.energy(x)
+    length = 1.0
+    while length >= settings.smallest_step:
+        trial = x + length * dx
+        if potential.smallest_J(trial) >= smallest and (
+            slope is None or potential.energy(trial) <= energy + 1e-4 * length * slope + _rounding(energy)
+        ):
+            return length
+        length /= 2
+    raise StepFailed(f"no step keeps J > 0 and lowers the energy; smallest J is {smallest * 10:.3f}")

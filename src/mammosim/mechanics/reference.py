@@ -1,0 +1,93 @@
+"""Quadratic tetrahedra and triangles in the reference configuration: shape functions and quadrature.
+
+Shape functions N_a with the barycentric coordinates L: vertices L_a (2 L_a - 1), edges 4 L_a L_b, VTK order.
+Cells may be straight or curved: gradients are computed at every quadrature point.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mammosim.core.mesh import EDGES
+
+TRIANGLE_EDGES = ((0, 1), (1, 2), (2, 0))
+
+# Four points of degree 2 in barycentric coordinates, equal weights (Keast 1986).
+_a, _b = 0.5854101966249685, 0.1381966011250105
+TETRAHEDRON_POINTS = np.full((4, 4), _b) + (_a - _b) * np.eye(4)
+TETRAHEDRON_WEIGHTS = np.full(4, 1 / 24)
+
+# Six points of degree 4 in barycentric coordinates (Dunavant 1985).
+_w1, _w2 = 0.223381589678011 / 2, 0.109951743655322 / 2
+_c, _d = 0.445948490915965, 0.091576213509771
+TRIANGLE_POINTS = np.array(
+    [np.roll([1 - 2 * s, s, s], k) for s in (_c, _d) for k in range(3)],
+)
+TRIANGLE_WEIGHTS = np.array([_w1] * 3 + [_w2] * 3)
+
+
+def shape_functions(L: np.ndarray, edges: tuple[tuple[int, int], ...]) -> np.ndarray:
+    """N (n_point, n_node) at barycentric points L (n_point, n_vertex)."""
+    vertices = L * (2 * L - 1)
+    return np.hstack([vertices, np.column_stack([4 * L[:, a] * L[:, b] for a, b in edges])])
+
+
+def shape_gradients(L: np.ndarray, edges: tuple[tuple[int, int], ...]) -> np.ndarray:
+    """dN/dxi (n_point, n_node, n_vertex - 1), with xi_i = L_(i+1) and L_0 = 1 - sum xi."""
+    n_point, n_vertex = L.shape
+    dL = np.vstack([-np.ones(n_vertex - 1), np.eye(n_vertex - 1)])
+    vertices = [(4 * L[:, a, None] - 1) * dL[a] for a in range(n_vertex)]
+    between = [4 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a]) for a, b in edges]
+    return np.stack(vertices + between, axis=1).reshape(n_point, -1, n_vertex - 1)
+
+
+@dataclass(frozen=True)
+class CellQuadrature:
+    """gradients (n_cell, 4, 10, 3): dN/dX [1/mm]; volumes (n_cell, 4): reference volume of each point [mm3]."""
+
+    gradients: np.ndarray
+    volumes: np.ndarray
+
+
+def cell_jacobians(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """det dX/dxi (n_cell, 4) at the quadrature points; six times the volume for a straight cell."""
+    dN = shape_gradients(TETRAHEDRON_POINTS, EDGES)
+    return np.linalg.det(np.einsum("eai,qaj->eqij", points[cells], dN))
+
+
+def cell_quadrature(points: np.ndarray, cells: np.ndarray) -> CellQuadrature:
+    """Four-point quadrature of quadratic tetrahedra with points (n_node, 3) and cells (n_cell, 10)."""
+    dN = shape_gradients(TETRAHEDRON_POINTS, EDGES)
+    A = np.einsum("eai,qaj->eqij", points[cells], dN)  # dX/dxi
+    gradients = np.einsum("qaj,eqjk->eqak", dN, np.linalg.inv(A))
+    volumes = np.linalg.det(A) * TETRAHEDRON_WEIGHTS
+    return CellQuadrature(np.ascontiguousarray(gradients), np.ascontiguousarray(volumes))
+
+
+@dataclass(frozen=True)
+class FaceQuadrature:
+    """Quadratic triangles in space.
+
+    gradients (n_face, 6, 6, 2): dN_a/ds [1/mm] along two orthonormal tangents of the reference face;
+    areas (n_face, 6): reference area of each point [mm2].
+    """
+
+    gradients: np.ndarray
+    areas: np.ndarray
+
+
+def face_quadrature(points: np.ndarray, faces: np.ndarray) -> FaceQuadrature:
+    """Six-point quadrature of quadratic triangles with points (n_node, 3) and faces (n_face, 6)."""
+    dN = shape_gradients(TRIANGLE_POINTS, TRIANGLE_EDGES)
+    A = np.einsum("eai,qaj->eqij", points[faces], dN)  # dX/dxi (n_face, 6, 3, 2)
+    t1 = A[..., 0] / np.linalg.norm(A[..., 0], axis=-1, keepdims=True)
+    normal = np.cross(A[..., 0], A[..., 1])
+    area = np.linalg.norm(normal, axis=-1)
+    t2 = np.cross(normal / area[..., None], t1)
+    B = np.einsum("eqit,eqij->eqtj", np.stack([t1, t2], axis=-1), A)  # ds/dxi, 2 x 2
+    gradients = np.einsum("qaj,eqjk->eqak", dN, np.linalg.inv(B))
+    return FaceQuadrature(np.ascontiguousarray(gradients), area * TRIANGLE_WEIGHTS)
+
+
+FACE_SHAPES = shape_functions(TRIANGLE_POINTS, TRIANGLE_EDGES)
+CELL_SHAPES = shape_functions(TETRAHEDRON_POINTS, EDGES)

@@ -1,0 +1,70 @@
+"""Problems that are refused before anything is assembled."""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from mammosim.core.errors import MechanicsError
+from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.reference import cell_jacobians
+
+# A cell flatter than this, relative to the cube of its longest edge, has lost all digits of its gradients.
+SMALLEST_RELATIVE_VOLUME = 1e-6
+
+
+def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> None:
+    """Raises MechanicsError, naming cells or nodes and how many, when the mesh cannot be solved.
+
+    held (n_node, 3) bool; None when the mesh has no boundary 'posterior'.
+    """
+    if held is None:
+        names = ", ".join(sorted(mesh.boundaries)) or "none"
+        raise MechanicsError(f"the mesh has no boundary 'posterior' (it has: {names}), so nothing is held")
+    if not held.any():
+        raise MechanicsError("the boundary 'posterior' is empty: nothing is held")
+    _require_finite(mesh)
+    _require_positive_cells(mesh)
+    _require_attached(mesh, held.any(axis=1))
+
+
+def _require_finite(mesh: TetMesh) -> None:
+    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    if len(bad):
+        raise MechanicsError(f"{len(bad)} nodes have coordinates that are no numbers: {_listed(bad)}")
+
+
+def _require_positive_cells(mesh: TetMesh) -> None:
+    jacobians = cell_jacobians(mesh.points, mesh.cells).min(axis=1)
+    corners = mesh.points[mesh.cells[:, :4]]
+    longest = np.linalg.norm(corners[:, [0, 0, 0, 1, 1, 2]] - corners[:, [1, 2, 3, 2, 3, 3]], axis=2).max(
+        axis=1
+    )
+    bad = np.flatnonzero(jacobians <= SMALLEST_RELATIVE_VOLUME * longest**3)
+    if len(bad):
+        raise MechanicsError(
+            f"{len(bad)} cells are inverted or flat (det dX/dxi down to {jacobians.min():.3g} mm3): "
+            f"{_listed(bad)}; re-mesh, or move their mid-edge nodes to the middle"
+        )
+
+
+def _require_attached(mesh: TetMesh, held: np.ndarray) -> None:
+    n_node = len(mesh.points)
+    used = np.zeros(n_node, dtype=bool)
+    used[mesh.cells] = True
+    if not used.all():
+        loose = np.flatnonzero(~used)
+        raise MechanicsError(f"{len(loose)} nodes belong to no cell: {_listed(loose)}; remove them")
+    first = np.repeat(mesh.cells[:, 0], 10)
+    links = sparse.coo_matrix((np.ones(first.size), (first, mesh.cells.ravel())), (n_node, n_node))
+    count, piece = connected_components(links, directed=False)
+    floating = np.setdiff1d(np.arange(count), piece[held])
+    if len(floating):
+        cells = np.flatnonzero(np.isin(piece[mesh.cells[:, 0]], floating))
+        raise MechanicsError(
+            f"{len(floating)} pieces of the mesh ({len(cells)} cells: {_listed(cells)}) are not attached to "
+            "'posterior'; remove them, or connect them"
+        )
+
+
+def _listed(numbers: np.ndarray) -> str:
+    return ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
