@@ -1,0 +1,154 @@
+"""Rigid registration of two positions: the chest markers first, then the image inside the rib cage."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import SimpleITK as sitk
+from scipy import ndimage
+
+from mammosim.core.errors import ImageError
+from mammosim.core.rigid import RigidTransform
+from mammosim.core.volume import Grid, Image, LabelMap
+from mammosim.imaging.landmarks import icp, match, residual
+from mammosim.imaging.outline import body_mask
+from mammosim.io.images import itk_volume
+from mammosim.io.transforms import itk_transform, rigid_of
+
+# ASSUME: what 90 % of the axial slices share is the torso without breasts.
+SHARED_PART = 0.9
+# ASSUME: the rib cage begins 20 mm under the torso's skin: skin, fat and pectoral muscle lie in front of it.
+WALL_MM = 20.0
+# ASSUME: an image refinement that moves a chest marker by more than 10 mm has gone astray.
+LARGEST_MOVE_MM = 10.0
+SMALLEST_VOXELS = 1000
+# Coarse to fine: smoothing in mm; the last level takes the images as they are.
+SMOOTHING_MM = (4.0, 2.0, 0.0)
+LARGEST_STEP_MM, SMALLEST_STEP_MM = 1.0, 0.005
+ITERATIONS = 100
+SAMPLES = 100_000
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Motions of points of the moving position into the fixed frame, mm.
+
+    landmark: from the markers; refined: from the image, or the landmark motion where that was no better.
+    table: one row per step: step, marker_residual_mm (root mean square), marker_residual_max_mm,
+        correlation (of the intensities inside the rib cage), iterations, used.
+    """
+
+    landmark: RigidTransform
+    refined: RigidTransform
+    table: pd.DataFrame
+
+
+def register(
+    fixed: Image, moving: Image, fixed_markers: np.ndarray, moving_markers: np.ndarray
+) -> Registration:
+    """Register `moving` on `fixed` by their chest markers (4, 3), in any order, and then by the images.
+
+    Raises FiducialError when the markers do not match, ImageError when no rib cage is in the fixed image.
+    """
+    landmark, icp_iterations = icp(moving_markers, fixed_markers, match(moving_markers, fixed_markers))
+    inside = rib_cage(fixed)
+    refined, iterations = _refine(fixed, moving, inside, landmark)
+    r = [correlation(fixed, moving, inside, motion) for motion in (landmark, refined)]
+    moved = np.linalg.norm(refined(moving_markers) - landmark(moving_markers), axis=1).max()
+    better = r[1] >= r[0] and moved <= LARGEST_MOVE_MM
+    off = [residual(motion, moving_markers, fixed_markers) for motion in (landmark, refined)]
+    table = pd.DataFrame(
+        {
+            "step": ["landmarks", "image"],
+            "marker_residual_mm": [np.sqrt(np.mean(d**2)) for d in off],
+            "marker_residual_max_mm": [d.max() for d in off],
+            "correlation": r,
+            "iterations": [icp_iterations, iterations],
+            "used": [not better, better],
+        }
+    )
+    return Registration(landmark, refined if better else landmark, table)
+
+
+def resample(image: Image, transform: RigidTransform, grid: Grid) -> Image:
+    """The image after the motion, on a grid of the fixed frame: out(y) = image(T^-1 y), linear, 0 outside."""
+    reference = sitk.Image([int(n) for n in grid.shape[::-1]], sitk.sitkUInt8)
+    reference.CopyInformation(itk_volume(grid, np.empty(grid.shape, np.uint8)))
+    volume = itk_volume(image.grid, image.values)
+    moved = sitk.Resample(volume, reference, itk_transform(transform.inverse()), sitk.sitkLinear, 0.0)
+    return Image(grid, sitk.GetArrayFromImage(moved).astype(np.float32))
+
+
+def transform_error(estimated: RigidTransform, true: RigidTransform, points: np.ndarray) -> dict[str, float]:
+    """How far an estimate is off at points (n, 3) of the moving position: mean_mm, max_mm, rotation_deg."""
+    off = np.linalg.norm(estimated(points) - true(points), axis=1)
+    turn = estimated.after(true.inverse())
+    return {"mean_mm": float(off.mean()), "max_mm": float(off.max()), "rotation_deg": turn.angle_deg}
+
+
+def rib_cage(image: Image) -> LabelMap:
+    """1 (nz, ny, nx) inside the rib cage, estimated from the body's outline alone; the same in every slice.
+
+    Raises ImageError when less than a usable number of voxels remains.
+    """
+    h = image.grid.spacing
+    torso = body_mask(image).mean(axis=0) >= SHARED_PART
+    depth = ndimage.distance_transform_edt(torso, sampling=(h[1], h[0]))
+    inside = np.broadcast_to(depth > WALL_MM, image.grid.shape).astype(np.uint8)
+    if inside.sum() < SMALLEST_VOXELS:
+        raise ImageError(
+            f"{inside.sum()} voxels lie inside the rib cage, {SMALLEST_VOXELS} are needed to register; "
+            "take an image that shows the chest at least 40 mm deep"
+        )
+    return LabelMap(image.grid, inside)
+
+
+def correlation(fixed: Image, moving: Image, inside: LabelMap, motion: RigidTransform) -> float:
+    """Pearson's correlation of fixed and moved intensities where `inside` is 1 and both images reach."""
+    moved = resample(moving, motion, fixed.grid).values
+    reached = resample(Image(moving.grid, np.ones_like(moving.values)), motion, fixed.grid).values
+    both = (inside.values == 1) & (reached > 0.999)
+    return float(np.corrcoef(fixed.values[both], moved[both])[0, 1])
+
+
+def _refine(
+    fixed: Image, moving: Image, inside: LabelMap, start: RigidTransform
+) -> tuple[RigidTransform, int]:
+    """Maximise the normalised cross-correlation by gradient descent; and the iterations of all levels.
+
+    ITK asks where a point of the fixed image comes from: it works on the inverse of the motion.
+    """
+    method = _method(inside)
+    iterations = [0]
+    method.AddCommand(sitk.sitkIterationEvent, lambda: iterations.append(iterations[-1] + 1))
+    initial = sitk.VersorRigid3DTransform()
+    centre = inside.grid.points(np.argwhere(inside.values).mean(axis=0)[None])[0]
+    back = start.inverse()
+    initial.SetCenter(centre.tolist())
+    initial.SetMatrix(back.R.ravel().tolist(), 1e-6)
+    initial.SetTranslation((back(centre[None])[0] - centre).tolist())
+    method.SetInitialTransform(initial, inPlace=True)
+    images = [
+        itk_volume(image.grid, image.values.astype(np.float32, copy=False)) for image in (fixed, moving)
+    ]
+    method.Execute(*images)
+    return rigid_of(initial).inverse(), iterations[-1]
+
+
+def _method(inside: LabelMap) -> sitk.ImageRegistrationMethod:
+    """Correlation in the mask; regular steps, halved whenever the gradient turns; the same on every run."""
+    method = sitk.ImageRegistrationMethod()
+    method.SetNumberOfThreads(1)  # sums in another order would end elsewhere
+    method.SetMetricAsCorrelation()
+    method.SetMetricFixedMask(itk_volume(inside.grid, inside.values))
+    method.SetMetricSamplingStrategy(method.REGULAR)
+    method.SetMetricSamplingPercentage(min(1.0, SAMPLES / int(inside.values.sum())), 1)
+    method.SetInterpolator(sitk.sitkLinear)
+    method.SetOptimizerAsRegularStepGradientDescent(LARGEST_STEP_MM, SMALLEST_STEP_MM, ITERATIONS)
+    method.SetOptimizerScalesFromPhysicalShift()
+    method.SetShrinkFactorsPerLevel(
+        [max(1, round(s / h)) for s in SMOOTHING_MM for h in [inside.grid.spacing.min()]]
+    )
+    method.SetSmoothingSigmasPerLevel(SMOOTHING_MM)
+    method.SmoothingSigmasAreSpecifiedInPhysicalUnitsOn()
+    return method
