@@ -23,7 +23,7 @@ lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/snakemake --lint
+	$(BIN)/snakemake --lint 2>&1 | $(BIN)/python tools/check_lint.py
 
 format: $(VENV)/ready
 	$(BIN)/ruff format .

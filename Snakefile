@@ -9,6 +9,14 @@ configfile: f"{workflow.basedir}/config/default.yaml"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/progress.smk"
+
+
+wildcard_constraints:
+    v="[a-z0-9_]+",
+    p="prone|supine|supine_tilted|upright",
+    side="left|right",
+
+
 include: "workflow/rules/volunteers.smk"
 include: "workflow/rules/images.smk"
 include: "workflow/rules/mesh.smk"

@@ -1,11 +1,5 @@
 # Scores against the truth of digital volunteers: the only rules, with those that make them, that read it.
-DIGITAL_WOMEN = [v for v in WOMEN if v in config["digital"]["women"]]
 SEGMENTED = config["segmentation"]["positions"]
-
-
-def scored(template, which):
-    """A path for every digital volunteer and each of `which(volunteer)`."""
-    return [template.format(v=v, p=p) for v in DIGITAL_WOMEN for p in which(v)]
 
 
 rule score_registration:

@@ -88,6 +88,7 @@ checked(config, "config", [str(file) for file in workflow.configfiles])
 VOLUNTEERS = volunteer_table(config["volunteer_table"])
 TISSUES = tissue_table(config["tissues"])
 WOMEN = list(config["volunteers"])
+DIGITAL_WOMEN = [v for v in WOMEN if v in config["digital"]["women"]]
 REFERENCE = config["reference_position"]
 
 
@@ -106,7 +107,21 @@ def scanned(template, which=positions):
     return [template.format(v=v, p=p) for v in WOMEN for p in which(v)]
 
 
-wildcard_constraints:
-    v="[a-z0-9_]+",
-    p="prone|supine|supine_tilted|upright",
-    side="left|right",
+def scored(template, which):
+    """A path for every digital volunteer and each of `which(volunteer)`."""
+    return [template.format(v=v, p=p) for v in DIGITAL_WOMEN for p in which(v)]
+
+
+def over(template, **values):
+    """A path for every volunteer and every combination of the values."""
+    return expand(template, v=WOMEN, **values)
+
+
+def row(wildcards):
+    """The line of the volunteer table."""
+    return VOLUNTEERS[wildcards.v, wildcards.p]
+
+
+def gravity(volunteer, position):
+    """Its direction in the scanner frame of that position, 'x y z'."""
+    return VOLUNTEERS[volunteer, position].gravity

@@ -1,10 +1,6 @@
 # From raw series to labelled images, all in the scanner frame of their own position.
 
 
-def row(wildcards):
-    return VOLUNTEERS[wildcards.v, wildcards.p]
-
-
 rule import_image:
     """A DICOM series or NIfTI image, refused when slices are missing, mixed, cut off, or in another position."""
     input:
@@ -48,9 +44,9 @@ rule fiducials:
 rule inputs_checked:
     """Every image and fiducial list of the study is usable: nothing long starts before."""
     input:
-        quality=scanned("results/images/{v}/{p}_quality.csv"),
+        rows=scanned("results/images/{v}/{p}_quality.csv"),
         fiducials=scanned("results/fiducials/{v}/{p}.csv"),
-        library=library("inputs_checked.py"),
+        library=library("table.py"),
     output:
         "results/images/quality.csv",
     log:
@@ -60,7 +56,7 @@ rule inputs_checked:
     resources:
         mem_mb=500,
     script:
-        "../scripts/inputs_checked.py"
+        "../scripts/table.py"
 
 
 rule register:

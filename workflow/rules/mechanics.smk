@@ -4,10 +4,6 @@ UPRIGHT = config["mechanics"]["upright"]
 STRESS_FREE = config["mechanics"]["stress_free"]
 
 
-def gravity(volunteer, position):
-    return VOLUNTEERS[volunteer, position].gravity
-
-
 rule sweep:
     """Supine taken as loaded, unloaded by reverse gravity, loaded prone, for one modulus."""
     input:

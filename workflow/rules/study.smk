@@ -1,10 +1,4 @@
 # Tables of the whole study, one per stage, and the numbers that the report quotes.
-
-def over(template, **values):
-    """A path for every volunteer and every combination of the values."""
-    return expand(template, v=WOMEN, **values)
-
-
 TABLES = {
     "registration": scanned("results/registration/{v}/{p}_steps.csv", moving),
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),

@@ -67,17 +67,8 @@ rule digital_scan:
         labels="results/truth/{w}/{p}_labels.nii.gz",
     params:
         woman=lambda wildcards: config["digital"]["women"][wildcards.w],
-        scan={
-            key: config["digital"][key]
-            for key in (
-                "spacing_mm",
-                "field_of_view_mm",
-                "subvoxels",
-                "noise_percent",
-                "bias_percent",
-                "click_error_mm",
-            )
-        },
+        scan=config["digital"]["scan"],
+        click_error_mm=config["digital"]["click_error_mm"],
         seed=config["seed"],
     log:
         "results/logs/digital_scan/{w}_{p}.log",

@@ -1,1 +1,40 @@
+"""Quadratic tetrahedra of one segmented position, moved into the reference frame, with a quality table."""
 
+import _log
+import numpy as np
+
+from mammosim.io.fiducials import read_fiducials
+from mammosim.io.images import read_labels
+from mammosim.io.meshes import write_mesh
+from mammosim.io.tables import write_table
+from mammosim.io.transforms import read_transform
+from mammosim.meshing.body import ElementSize, crop_body, mesh_body
+from mammosim.meshing.quality import quality
+
+
+def main(files: dict[str, str], volunteer: str, position: str, settings: dict) -> None:
+    chest = read_fiducials(files["fiducials"]).of_kind("chest")
+    beyond = settings["beyond_markers_mm"]
+    labels = crop_body(
+        read_labels(files["labels"]),
+        posterior_limit_mm=chest[:, 1].min() + settings["behind_markers_mm"],
+        height_limits_mm=(chest[:, 2].min() - beyond, chest[:, 2].max() + beyond),
+    )
+    size = ElementSize(settings["element_mm"]["breast"], settings["element_mm"]["chest"])
+    mesh = mesh_body(labels, size=size)
+    table = quality(mesh)
+    table.insert(0, "volunteer", volunteer)
+    table.insert(1, "position", position)
+    write_table(table, files["quality"])
+    to_reference = read_transform(files["transform"])
+    write_mesh(mesh.moved_to(np.ascontiguousarray(to_reference(mesh.points))), files["mesh"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        snakemake.wildcards.v,
+        snakemake.wildcards.p,
+        snakemake.params.settings,
+    )

@@ -1,1 +1,40 @@
+"""Upright from prone, with or without skin: one row of displacements, and the predicted shape."""
 
+import _log
+import numpy as np
+import pandas as pd
+
+from mammosim.core.positions import gravity_direction
+from mammosim.io.fiducials import read_fiducials
+from mammosim.io.meshes import read_mesh, write_mesh
+from mammosim.io.tables import write_table
+from mammosim.io.transforms import read_transform
+from mammosim.mechanics.body import Skin
+from mammosim.study.configuration import gravity_vector
+from mammosim.study.sweep import one_law, repose, upright_row
+
+
+def main(files: dict[str, str], volunteer: str, skin_kpa: float, settings: dict, gravity: str) -> None:
+    mesh, fiducials = read_mesh(files["mesh"]), read_fiducials(files["start"])
+    tissues = one_law(settings["youngs_modulus_kpa"], **settings["tissue"])
+    skin = None
+    if skin_kpa > 0:
+        skin = Skin(skin_kpa, settings["tissue"]["poisson_ratio"], settings["skin_thickness_mm"])
+    prone = read_transform(files["transform"]).R @ gravity_vector(gravity)
+    upright = gravity_direction("upright")
+    reposed = repose(mesh, tissues, gravity=prone, new_gravity=upright, skin=skin)
+    nipples = np.array([fiducials.point(name) for name in ("nipple_left", "nipple_right")])
+    row = upright_row(volunteer, tissues, mesh, reposed, nipples=nipples, skin=skin)
+    write_table(pd.DataFrame([row]), files["row"])
+    write_mesh(mesh, files["shape"], point_data={"rest": reposed.rest, "predicted": reposed.points})
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        snakemake.wildcards.v,
+        float(snakemake.wildcards.skin_kpa),
+        snakemake.params.settings | {"tissue": snakemake.params.tissue},
+        snakemake.params.gravity,
+    )

@@ -1,0 +1,71 @@
+"""A copy of the study that tests may edit, and the whole chain run in it once on the tiny configuration."""
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+PARTS = ("Snakefile", "config", "workflow", "src", "environment.lock")
+
+
+@dataclass(frozen=True)
+class Study:
+    """A copy of the study and the folder where it runs."""
+
+    home: Path
+    run: Path
+
+    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Run snakemake on the tiny configuration; both streams as text in stdout."""
+        command = [
+            *(sys.executable, "-m", "snakemake", "--snakefile", str(self.home / "Snakefile")),
+            *("--directory", str(self.run), "--configfile", str(self.home / "config/smoke.yaml")),
+            *("--cores", "2", *arguments),
+        ]
+        return subprocess.run(
+            command,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+            env=os.environ | {"PYTHONPATH": str(self.home / "src")},
+        )
+
+    def jobs(self, *arguments: str) -> dict[str, list[str]]:
+        """What a dry run would do: the input files of each job, under 'rule: first output'."""
+        jobs, rule = {}, ""
+        for line in self.snakemake("--dry-run", *arguments).stdout.splitlines():
+            word, _, rest = line.strip().partition(": ")
+            if word.startswith(("rule ", "localrule ")):
+                rule, inputs = word.split()[1].rstrip(":"), []
+            elif word == "input" and rule:
+                inputs = rest.split(", ")
+            elif word == "output" and rule:
+                jobs[f"{rule}: {rest.split(', ')[0]}"] = inputs
+        return jobs
+
+
+@pytest.fixture(scope="session")
+def study(repository, tmp_path_factory) -> Study:
+    """A copy of the study in which nothing has run."""
+    home = tmp_path_factory.mktemp("study") / "home"
+    home.mkdir()
+    for part in PARTS:
+        source = repository / part
+        copy = shutil.copytree if source.is_dir() else shutil.copy2
+        copy(source, home / part)
+    run = home.parent / "run"
+    run.mkdir()
+    return Study(home, run)
+
+
+@pytest.fixture(scope="session")
+def finished(study) -> Study:
+    """The copy after one run of the whole chain."""
+    result = study.snakemake()
+    assert result.returncode == 0, result.stdout[-6000:]
+    return study

@@ -1,0 +1,37 @@
+"""What the rules promise before anything runs."""
+
+MAY_READ_THE_TRUTH = ("digital_", "score_")
+
+
+def test_only_rules_that_make_or_score_volunteers_read_the_truth(study):
+    jobs = study.jobs()
+    assert len(jobs) > 40
+    peeking = {
+        job
+        for job, inputs in jobs.items()
+        if not job.startswith(MAY_READ_THE_TRUTH) and any("results/truth/" in path for path in inputs)
+    }
+    assert peeking == set()
+
+
+def test_scores_are_read_by_tables_and_figures_only(study):
+    readers = {
+        job.split(":")[0]
+        for job, inputs in study.jobs().items()
+        if any("results/scores/" in path for path in inputs)
+    }
+    assert readers <= {"table"}
+
+
+def test_every_rule_says_what_it_does(study):
+    lines = study.snakemake("--list-rules").stdout
+    assert "sweep" in lines
+
+
+def test_a_misspelt_key_stops_before_the_first_job(study, tmp_path):
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("mechanics: {swep: 1}\n")
+    result = study.snakemake("--dry-run", "--configfile", str(wrong))
+    assert result.returncode != 0
+    assert "wrong.yaml" in result.stdout
+    assert "mechanics has no key 'swep'; did you mean 'sweep'?" in result.stdout

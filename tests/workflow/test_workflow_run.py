@@ -1,0 +1,47 @@
+"""The whole chain on the tiny configuration: complete, repeatable, and stale exactly where it should be."""
+
+import json
+import shutil
+
+import pytest
+
+pytestmark = pytest.mark.workflow
+
+
+def test_the_report_is_one_file_with_every_figure_inside(finished):
+    report = (finished.run / "results/study/report.html").read_text()
+    assert "http" not in report.replace("http://www.w3.org", "")
+    assert report.count("data:image/png;base64,") >= 10
+
+
+def test_every_number_is_finite_or_explained(finished):
+    numbers = json.loads((finished.run / "results/study/numbers.json").read_text())
+    assert len(numbers) > 20
+    assert all(value == value for value in numbers.values() if isinstance(value, float))
+
+
+def test_a_second_run_does_nothing(finished):
+    assert "Nothing to be done" in finished.snakemake().stdout
+
+
+def test_editing_a_file_of_the_package_reruns_the_rules_that_use_it(finished):
+    file = finished.home / "src/mammosim/xray/observer.py"
+    text = file.read_text()
+    file.write_text(text + "\n# edited\n")
+    rules = {job.split(":")[0] for job in finished.jobs()}
+    file.write_text(text)
+    assert "mammogram" in rules
+    assert rules.isdisjoint({"import_image", "register", "segment", "mesh", "sweep", "compress", "phantom"})
+
+
+def test_a_result_made_again_has_the_same_bytes(finished):
+    again = [
+        "results/registration/small/prone.tfm",
+        "results/xray/small/left_dose.csv",
+        "results/xray/small/left_mammogram.nii.gz",
+    ]
+    before = {name: (finished.run / name).read_bytes() for name in again}
+    kept = finished.run.parent / "kept"
+    shutil.copytree(finished.run, kept, symlinks=True)
+    finished.snakemake("--forcerun", "register", "dose_and_scatter", "mammogram", "--until", "mammogram", "--cores", "1")
+    assert {name: (finished.run / name).read_bytes() for name in again} == before
