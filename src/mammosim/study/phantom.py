@@ -1,4 +1,4 @@
-"""The compressed breast as voxels: each is carried back to where it was measured and takes its tissue there."""
+"""The compressed breast as voxels, each carried back to where it was measured to take its tissue there."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""One measured position from another by reverse gravity: the elasticity sweep, upright with and without skin."""
+"""One position from another by reverse gravity: the elasticity sweep, upright with and without skin."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ def repose(
 ) -> Reposed:
     """Unload a measured shape by reverse gravity, then load it in the new position.
 
-    gravity, new_gravity: unit vectors (3,) in the frame of the mesh. A refused equilibrium is an outcome here.
+    gravity, new_gravity: unit vectors (3,) in the mesh's frame. A refused equilibrium is an outcome.
     """
     # ASSUME: reverse gravity takes the measured shape for a stress-free one and turns its weight around.
     refused = np.full_like(measured.points, np.nan)
@@ -87,8 +87,8 @@ def sweep_row(
 ) -> dict[str, str | float]:
     """How near the predicted nipples come: a row of the report's table 1.2, NaN where it was refused.
 
-    nipples, goal: left and right nipple (2, 3) mm as measured in the first position and in the new one, in the
-    frame of the mesh. nipple_*_mm: predicted to measured; supine_*_mm: before any modelling;
+    nipples, goal: left and right nipple (2, 3) mm as measured in the first and in the new position, in
+    the frame of the mesh. nipple_*_mm: predicted to measured; supine_*_mm: before any modelling;
     max_displacement_mm: the largest way of any node from the measured shape to the predicted one.
     """
     predicted = MaterialPoints.on(measured, nipples).carry(reposed.points)

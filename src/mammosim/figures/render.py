@@ -1,0 +1,200 @@
+"""Shaded pictures of surfaces: orthographic, with a depth buffer, so that nothing behind shows through."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from numba import njit
+
+# Light from over the viewer's left shoulder: towards the light, in (right, up, viewer).
+LIGHT = np.array([-0.45, 0.6, 0.66])
+AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0.38, 0.62, 0.16, 24
+SUPERSAMPLING = 3
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Axes of the picture: right, up and towards the viewer, (3,) unit vectors of the patient frame."""
+
+    right: np.ndarray
+    up: np.ndarray
+    towards: np.ndarray
+
+    @classmethod
+    def at(cls, azimuth_deg: float, elevation_deg: float, *, up: str = "superior") -> "Camera":
+        """A viewer in front of the patient, gone `azimuth_deg` to the patient's left, then up.
+
+        up: 'superior', as the patient stands; or 'posterior', as she lies prone, seen from her feet.
+        """
+        a, e = np.radians([azimuth_deg, elevation_deg])
+        if up == "superior":
+            vertical, ahead, left = np.eye(3)[2], -np.eye(3)[1], np.eye(3)[0]
+        else:
+            vertical, ahead, left = np.eye(3)[1], -np.eye(3)[2], np.eye(3)[0]
+        towards = np.cos(e) * (np.cos(a) * ahead + np.sin(a) * left) + np.sin(e) * vertical
+        right = np.cross(vertical, towards)
+        right /= np.linalg.norm(right)
+        return cls(right, np.cross(towards, right), towards)
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) mm: right, up, and towards the viewer."""
+        return points @ np.stack([self.right, self.up, self.towards], axis=1)
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Triangles (m, 3) of points (n, 3) mm, outward; colours (m, 3) RGB in [0, 1].
+
+    smooth: shade as a curved surface, else each triangle flat with its edges drawn. opacity in (0, 1].
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    colours: np.ndarray
+    smooth: bool = True
+    opacity: float = 1.0
+
+    @classmethod
+    def of(
+        cls,
+        points: np.ndarray,
+        triangles: np.ndarray,
+        colour: str,
+        *,
+        smooth: bool = True,
+        opacity: float = 1.0,
+    ) -> "Solid":
+        """One colour for all."""
+        return cls(points, triangles, np.tile(to_rgb(colour), (len(triangles), 1)), smooth, opacity)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """rgba (rows, columns, 4), first row at the top; extent (left, right, bottom, top) mm of the camera."""
+
+    rgba: np.ndarray
+    extent: tuple[float, float, float, float]
+
+    def show(self, ax: Axes) -> None:
+        """Draw it in mm of the camera's right and up."""
+        ax.imshow(self.rgba, extent=self.extent, interpolation="antialiased")
+        ax.set_aspect("equal")
+
+
+def render(
+    solids: tuple[Solid, ...],
+    camera: Camera,
+    *,
+    columns: int = 560,
+    extent: tuple[float, float, float, float] | None = None,
+) -> Picture:
+    """A picture of solids, the opaque ones first; `extent` in mm of the camera, by default all of them."""
+    xyz = np.vstack([camera.project(s.points) for s in solids])
+    (x0, y0, _), (x1, y1, _) = xyz.min(0) - 4, xyz.max(0) + 4
+    left, right, bottom, top = extent or (x0, x1, y0, y1)
+    n = columns * SUPERSAMPLING
+    pixel = (right - left) / n
+    shape = (max(round((top - bottom) / pixel / SUPERSAMPLING), 1) * SUPERSAMPLING, n)
+    rgba, depth = np.zeros((*shape, 4)), np.full(shape, -np.inf)
+    for solid in sorted(solids, key=lambda s: -s.opacity):
+        seen = camera.project(solid.points)
+        image = np.stack([(seen[:, 0] - left) / pixel, (top - seen[:, 1]) / pixel, seen[:, 2]], axis=1)
+        front = depth.copy()
+        triangle, b = np.full(shape, -1), np.zeros((*shape, 3))
+        _fill(image, solid.triangles, front, triangle, b)
+        hit = triangle >= 0
+        colour = _shaded(solid, camera, triangle[hit], b[hit], pixel)
+        alpha = solid.opacity
+        rgba[hit, :3] = alpha * colour + (1 - alpha) * np.where(rgba[hit, 3:], rgba[hit, :3], 1.0)
+        rgba[hit, 3] = np.maximum(rgba[hit, 3], alpha)
+        depth = front if alpha == 1 else depth
+    return Picture(_downsampled(_outlined(rgba, depth, pixel)), (left, right, bottom, top))
+
+
+def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3): the mean over the triangles around each point, by area."""
+    normals = np.zeros_like(points)
+    p = points[triangles]
+    faces = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    np.add.at(normals, triangles.ravel(), np.repeat(faces, 3, axis=0))
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def _shaded(solid: Solid, camera: Camera, triangle: np.ndarray, b: np.ndarray, pixel: float) -> np.ndarray:
+    """Colours (k, 3) of visible samples: ambient, diffuse, and a highlight of the light."""
+    corners = solid.triangles[triangle]
+    if solid.smooth:
+        normals = np.einsum("kc,kcd->kd", b, vertex_normals(solid.points, solid.triangles)[corners])
+    else:
+        p = solid.points[corners]
+        normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    n = camera.project(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+    light = LIGHT / np.linalg.norm(LIGHT)
+    half = light + np.array([0, 0, 1])
+    half /= np.linalg.norm(half)
+    diffuse = AMBIENT + DIFFUSE * np.clip((n @ light + 0.25) / 1.25, 0, 1)
+    colour = solid.colours[triangle] * diffuse[:, None]
+    colour += SPECULAR * np.clip(n @ half, 0, 1)[:, None] ** SHININESS
+    if not solid.smooth:
+        colour = np.where(_on_edge(solid.points[corners], b, 1.6 * pixel)[:, None], colour * 0.62, colour)
+    return np.clip(colour, 0, 1)
+
+
+def _on_edge(corners: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
+    """Whether samples lie within `width` mm of an edge of their triangle, (k,)."""
+    area2 = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    opposite = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1), axis=2)
+    return np.min(b * area2[:, None] / np.maximum(opposite, 1e-12), axis=1) < width
+
+
+def _outlined(rgba: np.ndarray, depth: np.ndarray, pixel: float) -> np.ndarray:
+    """Darken where the depth jumps by more than 3 mm: silhouettes against what is behind."""
+    solid = np.where(np.isfinite(depth), depth, np.where(np.isfinite(depth), depth, -1e6))
+    jump = np.zeros(depth.shape, bool)
+    for axis in (0, 1):
+        step = np.abs(np.diff(solid, axis=axis)) > 3 + 4 * pixel
+        pad = [(0, 1) if a == axis else (0, 0) for a in (0, 1)]
+        jump |= np.pad(step, pad)
+    outlined = rgba.copy()
+    outlined[jump & (rgba[..., 3] > 0), :3] *= 0.45
+    return outlined
+
+
+def _downsampled(rgba: np.ndarray) -> np.ndarray:
+    """Means over SUPERSAMPLING x SUPERSAMPLING samples, colours weighted by opacity."""
+    s = SUPERSAMPLING
+    rows, columns = rgba.shape[0] // s, rgba.shape[1] // s
+    weighted = np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=2)
+    mean = weighted.reshape(rows, s, columns, s, 4).mean(axis=(1, 3))
+    mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9)
+    return np.clip(mean, 0, 1)
+
+
+@njit(cache=True)
+def _fill(  # type: ignore[no-untyped-def]
+    image, triangles, depth, triangle, b
+):
+    """Depth-buffer the front sides: image (n, 3) are columns, rows, towards the viewer."""
+    rows, columns = depth.shape
+    for t in range(len(triangles)):
+        p, q, r = image[triangles[t, 0]], image[triangles[t, 1]], image[triangles[t, 2]]
+        # Rows point down, so a triangle that turns left as seen has a negative area here.
+        area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+        if area >= 0:
+            continue
+        i0 = max(int(np.floor(min(p[1], q[1], r[1]))), 0)
+        i1 = min(int(np.ceil(max(p[1], q[1], r[1]))), rows - 1)
+        j0 = max(int(np.floor(min(p[0], q[0], r[0]))), 0)
+        j1 = min(int(np.ceil(max(p[0], q[0], r[0]))), columns - 1)
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                x, y = j + 0.5, i + 0.5
+                u = ((q[0] - x) * (r[1] - y) - (q[1] - y) * (r[0] - x)) / area
+                v = ((r[0] - x) * (p[1] - y) - (r[1] - y) * (p[0] - x)) / area
+                w = 1 - u - v
+                if u >= 0 and v >= 0 and w >= 0:
+                    z = u * p[2] + v * q[2] + w * r[2]
+                    if z > depth[i, j]:
+                        depth[i, j], triangle[i, j] = z, t
+                        b[i, j, 0], b[i, j, 1], b[i, j, 2] = u, v, w

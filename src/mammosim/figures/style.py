@@ -1,0 +1,107 @@
+"""The one style of every figure: sizes, fonts, and colours that colour-blind readers can tell apart."""
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mammosim.core.labels import Label
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+WIDTH = 7.6  # inches, the text width of the report
+INK = "#22272e"
+QUIET = "#8a939e"
+# Okabe & Ito 2008: eight colours that stay distinct for all common kinds of colour blindness.
+BLUE, ORANGE, GREEN, VERMILION = "#0072b2", "#e69f00", "#009e73", "#d55e00"
+PURPLE, SKY, YELLOW = "#cc79a7", "#56b4e9", "#f0e442"
+SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+SEQUENTIAL = "viridis"
+TISSUE_COLOURS: Mapping[Label, str] = {
+    Label.AIR: "#ffffff",
+    Label.ADIPOSE: "#f3d27a",
+    Label.GLANDULAR: "#b5487f",
+    Label.SKIN: "#e8a98a",
+    Label.MUSCLE: "#7a2f33",
+    Label.THORAX: "#9aa5b1",
+    Label.MARKER: "#009e73",
+    Label.LESION: "#0072b2",
+}
+STYLE: Mapping[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.edgecolor": QUIET,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e8ec",
+    "grid.linewidth": 0.7,
+    "lines.linewidth": 1.8,
+    "lines.markersize": 5.5,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "text.color": INK,
+    "svg.hashsalt": "mammosim",
+}
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Draw with this style, whatever the settings of the session."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
+        settings: Any = {**mpl.rcParamsDefault, "backend": "agg", **STYLE}
+        with mpl.rc_context(settings):
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def new_figure(height: float, *, width: float = WIDTH) -> Figure:
+    """An empty figure, inches; saved at 160 dots per inch."""
+    return Figure(figsize=(width, height), dpi=160, layout="constrained")
+
+
+def picture_axes(ax: Axes) -> None:
+    """Axes of a picture in mm: no grid, no spines, equal scales."""
+    ax.grid(False)
+    ax.set_aspect("equal")
+    ax.set_anchor("C")
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    ax.tick_params(length=2, color=QUIET)
+
+
+def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK) -> None:
+    """A bar of known length at the lower left, in place of axes."""
+    ax.set_axis_off()
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    x, y = x0 + 0.04 * (x1 - x0), y0 + 0.04 * (y1 - y0)
+    sign = 1 if x1 > x0 else -1
+    ax.plot([x, x + sign * length_mm], [y, y], color=colour, lw=2, solid_capstyle="butt")
+    ax.annotate(
+        f"{length_mm:g} mm",
+        (x + sign * length_mm / 2, y),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize=7.5,
+        color=colour,
+    )
