@@ -39,6 +39,13 @@ class Lesion:
         if not self.radius_mm > 0:
             raise MeshError(f"lesion radius {self.radius_mm:g} mm must be positive; 2 to 10 mm is usual")
 
+    @classmethod
+    def behind(
+        cls, nipple: np.ndarray, *, inwards: np.ndarray, depth_mm: float, diameter_mm: float
+    ) -> "Lesion":
+        """A lesion whose centre is depth_mm straight behind a nipple (3,), along `inwards` (3,)."""
+        return cls(nipple + depth_mm * inwards / np.linalg.norm(inwards), diameter_mm / 2)
+
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Whether points (n, 3) lie inside, (n,) bool."""
         return np.linalg.norm(points - self.centre, axis=1) <= self.radius_mm
@@ -47,6 +54,20 @@ class Lesion:
     def volume_mm3(self) -> float:
         """4/3 pi r^3."""
         return 4 / 3 * np.pi * self.radius_mm**3
+
+
+def field_box(
+    side: str, *, midline_mm: float, chest_wall_mm: float, bottom_mm: float, top_mm: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (3,) of what lies in a craniocaudal X-ray field: one breast between the plates.
+
+    side: 'left' (x above midline_mm) or 'right'; chest_wall_mm: y of the field's edge at the chest wall;
+    bottom_mm, top_mm: z of the faces of the plates.
+    """
+    # ASSUME: the X-ray field ends at the midline and at the edge of the plates.
+    low = np.array([midline_mm if side == "left" else -np.inf, -np.inf, bottom_mm])
+    high = np.array([np.inf if side == "left" else midline_mm, chest_wall_mm, top_mm])
+    return low, high
 
 
 def field_grid(mesh: TetMesh, low: np.ndarray, high: np.ndarray, *, voxel_mm: float) -> Grid:
@@ -106,6 +127,14 @@ def with_lesion(
             "move it into the breast (depth_mm), or enlarge it beyond the voxel size"
         )
     return LabelMap(phantom.grid, np.where(hit, Label.LESION, phantom.values).astype(np.uint8))
+
+
+def healthy(phantom: LabelMap) -> LabelMap:
+    """The phantom without its lesion, whose voxels take the tissue nearest to them."""
+    # ASSUME: without the lesion, its place is filled by the nearest tissue around it.
+    lesion = phantom.values == Label.LESION
+    nearest = ndimage.distance_transform_edt(lesion, return_distances=False, return_indices=True)
+    return LabelMap(phantom.grid, phantom.values[tuple(nearest)])
 
 
 def tissue_at(segmentation: LabelMap, points: np.ndarray, otherwise: np.ndarray) -> np.ndarray:

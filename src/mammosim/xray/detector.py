@@ -10,9 +10,9 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.geometry import Geometry
+from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.projector import Primary
-from mammosim.xray.tallies import Estimate, Tallies
+from mammosim.xray.tallies import Tallies
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,16 @@ def scatter_on(tallies: Tallies, geometry: Geometry) -> Scatter:
     pixels, cells = geometry.detector, tallies.detector
     if not np.allclose(pixels.corner, cells.corner) or not np.allclose(pixels.size_mm, cells.size_mm):
         raise XrayError("the tallies belong to another detector; run transport with this geometry")
-    ratio = pixels.pixel_mm / cells.pixel_mm
+    per_mas = (tallies.per_mas(tally).value for tally in (tallies.scatter, tallies.scatter_squared))
+    return Scatter(*(on_pixels(tally, cells.pixel_mm, pixels) for tally in per_mas))
+
+
+def on_pixels(cells: np.ndarray, cell_mm: float, pixels: Detector) -> np.ndarray:
+    """Values of coarse cells, linear between their centres, on the pixels (nv, nu) of the same detector."""
+    ratio = pixels.pixel_mm / cell_mm
     rows, columns = np.indices(pixels.shape)
     at = np.stack([(rows + 0.5) * ratio - 0.5, (columns + 0.5) * ratio - 0.5])
-
-    def fine(tally: Estimate) -> np.ndarray:
-        return map_coordinates(tallies.per_mas(tally).value, at, order=1, mode="nearest")
-
-    return Scatter(fine(tallies.scatter), fine(tallies.scatter_squared))
+    return map_coordinates(cells, at, order=1, mode="nearest")
 
 
 def expose(

@@ -1,0 +1,173 @@
+"""From the compressed breast as voxels to its dose, its X-ray image, and how well a lesion shows in it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import ndimage
+
+from mammosim.core.errors import XrayError
+from mammosim.core.labels import Label
+from mammosim.core.volume import LabelMap
+from mammosim.study.phantom import healthy
+from mammosim.xray.attenuation import Material, material, mixture
+from mammosim.xray.detector import Exposure, Scatter, expose, on_pixels
+from mammosim.xray.dose import GlandularDose, air_kerma_at, mean_glandular_dose
+from mammosim.xray.exposure import automatic_mas
+from mammosim.xray.geometry import Geometry
+from mammosim.xray.observer import Contrast, cnr
+from mammosim.xray.phantom import Phantom, phantom_of_labels
+from mammosim.xray.projector import path_lengths, primary
+from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.transport import Accuracy, transport
+
+# ASSUME: a lesion attenuates as gland of density 1.06 g/cm3.
+LESION_DENSITY_G_CM3 = 1.06
+# Background around the lesion's shadow, in mm from its edge.
+RING_MM = (2.0, 8.0)
+SENSOR_MM = 10.0
+
+
+@dataclass(frozen=True)
+class View:
+    """How an image is taken: geometry, spectrum, scatter on the detector's pixels, wanted detector kerma."""
+
+    geometry: Geometry
+    spectrum: Spectrum
+    scatter: Scatter | None
+    detector_kerma_mgy: float
+
+
+@dataclass(frozen=True)
+class Mammogram:
+    """The exposure with lesion and noise; lesion and ring (nv, nu) bool; one row of what was measured."""
+
+    exposure: Exposure
+    lesion: np.ndarray
+    ring: np.ndarray
+    row: dict[str, float]
+
+
+def tissue_materials() -> Mapping[Label, Material]:
+    """What the tissues of a breast consist of, for X-rays."""
+    # ASSUME: muscle attenuates as ICRU soft tissue.
+    gland = material("glandular")
+    return {
+        Label.AIR: material("air"),
+        Label.ADIPOSE: material("adipose"),
+        Label.GLANDULAR: gland,
+        Label.SKIN: material("skin"),
+        Label.MUSCLE: material("soft_tissue"),
+        Label.LESION: mixture("lesion", ((gland, 1.0),), density_g_cm3=LESION_DENSITY_G_CM3),
+    }
+
+
+def xray_phantom(labels: LabelMap) -> Phantom:
+    """The compressed breast as materials; index is the label."""
+    return phantom_of_labels(labels, tissue_materials())
+
+
+def dose_and_scatter(
+    labels: LabelMap,
+    geometry: Geometry,
+    spectrum: Spectrum,
+    *,
+    relative_error: float,
+    seed: int,
+    cell_mm: float,
+) -> tuple[GlandularDose, pd.DataFrame]:
+    """Glandular dose and scatter from one Monte Carlo run that stops at the asked relative error of the dose.
+
+    The table has a row per cell of the detector, cell_mm wide: row, column, cell_mm, and per mAs primary and
+    scatter in keV/mm2 with standard errors *_se, and scatter_squared in keV2/mm2.
+    """
+    # ASSUME: the plates are not in the beam: they attenuate and scatter nothing.
+    phantom = xray_phantom(labels)
+    accuracy = Accuracy(index=Label.GLANDULAR, relative_error=relative_error)
+    tallies = transport(phantom, geometry, spectrum, accuracy=accuracy, seed=seed, cell_mm=cell_mm)
+    air = phantom.materials[Label.AIR]
+    kerma = air_kerma_at(_entrance(labels, geometry), geometry, spectrum, air=air)
+    dose = mean_glandular_dose(tallies, phantom, index=Label.GLANDULAR, incident_kerma_mgy_per_mas=kerma)
+    row, column = np.indices(tallies.detector.shape)
+    cells = {"row": row, "column": column, "cell_mm": np.full(row.shape, tallies.detector.pixel_mm)}
+    for name in ("primary", "scatter", "scatter_squared"):
+        per_mas = tallies.per_mas(getattr(tallies, name))
+        cells |= {name: per_mas.value, f"{name}_se": per_mas.error}
+    return dose, pd.DataFrame({name: values.ravel() for name, values in cells.items()})
+
+
+def scatter_from(cells: pd.DataFrame, geometry: Geometry) -> Scatter:
+    """The scatter of the cells of dose_and_scatter on the pixels of a geometry with the same detector area.
+
+    Raises XrayError when the cells cover another area.
+    """
+    shape = (int(cells.row.max()) + 1, int(cells.column.max()) + 1)
+    cell_mm, pixels = float(cells.cell_mm.iloc[0]), geometry.detector
+    size = (shape[1] * cell_mm, shape[0] * cell_mm)
+    if not np.allclose(size, pixels.size_mm, atol=1e-3):
+        raise XrayError(
+            f"scatter cells cover {size} mm, the detector {pixels.size_mm} mm; use the same field"
+        )
+    ordered = cells.sort_values(["row", "column"])
+    tallies = (ordered[name].to_numpy().reshape(shape) for name in ("scatter", "scatter_squared"))
+    return Scatter(*(on_pixels(tally, cell_mm, pixels) for tally in tallies))
+
+
+def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mammogram:
+    """One exposure of a breast with a lesion, at the mAs that automatic exposure chooses.
+
+    Raises XrayError when there is no lesion, or its shadow misses the detector.
+    """
+    phantom, pixel = xray_phantom(labels), view.geometry.detector.pixel_mm
+    lengths = path_lengths(phantom, view.geometry)
+    lesion, ring = _lesion_masks(lengths, pixel)
+    with_it, without = (
+        primary(p, view.geometry, view.spectrum) for p in (phantom, xray_phantom(healthy(labels)))
+    )
+    breast = lengths[..., 1:].sum(axis=-1) > 0
+    mas = automatic_mas(
+        without.kerma_mgy,
+        breast,
+        target_mgy=view.detector_kerma_mgy,
+        sensor_pixels=max(round(SENSOR_MM / pixel), 1),
+    )
+    exposure, plain = (expose(p, view.scatter, mas=mas, pixel_mm=pixel, rng=rng) for p in (with_it, without))
+    row = _row(cnr(exposure.image, lesion, ring), exposure, plain, lesion)
+    scatter = 0.0 if view.scatter is None else (view.scatter.signal / without.signal)[lesion].mean()
+    row |= {
+        "scatter_to_primary": float(scatter),
+        "breast_thickness_mm": float(lengths[..., 1:].sum(-1).max()),
+    }
+    return Mammogram(exposure, lesion, ring, row)
+
+
+def _row(measured: Contrast, exposure: Exposure, plain: Exposure, lesion: np.ndarray) -> dict[str, float]:
+    """CNR as measured, and its limit: the lesion's own contrast over the quantum noise of a pixel."""
+    difference = (plain.mean - exposure.mean)[lesion].mean()
+    return {
+        "mas": exposure.mas,
+        "cnr": measured.cnr,
+        "cnr_se": measured.standard_error,
+        "contrast_percent": float(100 * difference / plain.mean[lesion].mean()),
+        "cnr_quantum": float(difference / plain.noise[lesion].mean()),
+        "snr": float((plain.mean / plain.noise)[lesion].mean()),
+        "lesion_pixels": int(lesion.sum()),
+    }
+
+
+def _lesion_masks(lengths: np.ndarray, pixel_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels behind at least half of the lesion's thickness, and a ring of breast around its shadow."""
+    through = lengths[..., Label.LESION]
+    if not through.max() > 0:
+        raise XrayError("no ray meets a lesion; insert one that lies in the X-ray field")
+    distance = ndimage.distance_transform_edt(through == 0) * pixel_mm
+    breast = lengths[..., 1:].sum(axis=-1) > 0
+    return through >= through.max() / 2, (distance >= RING_MM[0]) & (distance <= RING_MM[1]) & breast
+
+
+def _entrance(labels: LabelMap, geometry: Geometry) -> np.ndarray:
+    """The point (3,) where the beam enters the upper plate's side above the middle of the breast."""
+    inside = labels.grid.points(np.argwhere(labels.values != Label.AIR).astype(float))
+    top = inside[:, 2].max() + labels.grid.spacing[2] / 2
+    return np.array([inside[:, 0].mean(), inside[:, 1].mean(), top])
