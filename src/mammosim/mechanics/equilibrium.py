@@ -8,7 +8,7 @@ lower energy. When a load step fails it is halved.
 
 import logging
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,11 +26,11 @@ log = logging.getLogger(__name__)
 class Settings:
     """How the loads are applied.
 
-    load_steps: how many equal steps to begin with, None to choose from the effects; smallest_step: of the load factor.
+    load_steps: how many equal steps to begin with; smallest_step: of the load factor, below which the solver gives up.
     """
 
     newton: NewtonSettings = field(default_factory=NewtonSettings)
-    load_steps: int | None = None
+    load_steps: int = 1
     smallest_step: float = 1 / 64
 
 
@@ -75,37 +75,58 @@ def equilibrium(
     held (n_node, 3) bool (default: all components of the nodes of `posterior`).
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
     """
-    began = time.perf_counter()
-    settings = settings or Settings()
     held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
-    require_well_posed(mesh, held)
-    x = mesh.points if start is None else start
-    history: list[Iteration] = []
+    held = require_well_posed(mesh, held)
     with System.of(Potential(effects, loads), held) as system:
-        x = _under_full_load(system, x, warm=start is not None, settings=settings, history=history)
-        return _verified(system, x, settings, history, began)
+        return solve(system, mesh.points, start=start, settings=settings)
+
+
+def solve(
+    system: System,
+    reference: np.ndarray,
+    *,
+    start: np.ndarray | None = None,
+    settings: Settings | None = None,
+) -> Equilibrium:
+    """The equilibrium of a system that was checked before, with reference points X (n_node, 3); see `equilibrium`."""
+    began, before = time.perf_counter(), system.solver.factorisations
+    settings = settings or Settings()
+    history: list[Iteration] = []
+    x = _under_full_load(system, reference, start, settings, history)
+    state = _verified(system, x, settings, history)
+    return replace(
+        state,
+        factorisations=system.solver.factorisations - before,
+        seconds=time.perf_counter() - began,
+    )
 
 
 def _under_full_load(
-    system: System, x: np.ndarray, *, warm: bool, settings: Settings, history: list[Iteration]
+    system: System,
+    reference: np.ndarray,
+    start: np.ndarray | None,
+    settings: Settings,
+    history: list[Iteration],
 ) -> np.ndarray:
     """x at load factor 1; steps are halved when they fail and doubled when they succeed."""
-    reached = 0.0
-    step = 1.0 if warm or not system.potential.loads else 1 / (settings.load_steps or 1)
+    x = reference if start is None else start
+    reached, step = 0.0, 1 / settings.load_steps if start is None else 1.0
     while reached < 1.0:
         target = min(1.0, reached + step)
         try:
             x = converge(system.under(target), x, settings.newton, history)
             reached, step = target, 2 * step
         except StepFailed as failure:
-            step = (target - reached) / 2
             log.info("load factor %.3f failed: %s", target, failure)
+            step = (target - reached) / 2
             if step < settings.smallest_step or not system.potential.loads:
                 raise EquilibriumError(
                     f"no equilibrium beyond load factor {reached:.3f}: {failure}. {_ADVICE}",
                     history=tuple(history),
                     load_factor=reached,
                 ) from failure
+            if reached == 0.0:
+                x = np.where(system.held, x, reference)
     return x
 
 
@@ -116,7 +137,7 @@ _ADVICE = (
 
 
 def _verified(
-    system: System, x: np.ndarray, settings: Settings, history: list[Iteration], began: float
+    system: System, x: np.ndarray, settings: Settings, history: list[Iteration]
 ) -> Equilibrium:
     """The result, or EquilibriumError when residual, J or stability does not hold at x."""
     residual = system.relative_residual(x)
@@ -136,6 +157,6 @@ def _verified(
         smallest_J,
         stable,
         system.potential.energy(x),
-        system.solver.factorisations,
-        time.perf_counter() - began,
+        factorisations=0,
+        seconds=0.0,
     )

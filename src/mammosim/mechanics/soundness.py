@@ -12,10 +12,10 @@ from mammosim.mechanics.reference import cell_jacobians
 SMALLEST_RELATIVE_VOLUME = 1e-6
 
 
-def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> None:
-    """Raises MechanicsError, naming cells or nodes and how many, when the mesh cannot be solved.
+def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> np.ndarray:
+    """held (n_node, 3) bool, when the mesh can be solved; None stands for a mesh without boundary 'posterior'.
 
-    held (n_node, 3) bool; None when the mesh has no boundary 'posterior'.
+    Raises MechanicsError, naming cells or nodes and how many.
     """
     if held is None:
         names = ", ".join(sorted(mesh.boundaries)) or "none"
@@ -24,7 +24,8 @@ def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> None:
         raise MechanicsError("the boundary 'posterior' is empty: nothing is held")
     _require_finite(mesh)
     _require_positive_cells(mesh)
-    _require_attached(mesh, held.any(axis=1))
+    _require_attached(mesh, np.any(held, axis=1))
+    return held
 
 
 def _require_finite(mesh: TetMesh) -> None:

@@ -7,6 +7,7 @@ b are the half sizes and r the edge radius: d has a continuous gradient everywhe
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numba
 import numpy as np
@@ -88,7 +89,7 @@ class RigidPlate(WithoutVolume):
         """The same contact with the plate elsewhere."""
         return replace(self, box=box)
 
-    def _kernel_arguments(self, x: np.ndarray) -> tuple:
+    def _kernel_arguments(self, x: np.ndarray) -> tuple[Any, ...]:
         box = self.box
         inner = box.half_sizes - box.radius
         return x, self.faces, self.areas, FACE_SHAPES, box.centre, box.axes, inner, box.radius
@@ -103,7 +104,7 @@ class RigidPlate(WithoutVolume):
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
         """K_ab += integral of eps (n (x) n - <-d> d2d/dx2) N_a N_b; the curvature term is dropped when projected."""
-        K.add(self.faces, self.penalty * _tangents(*self._kernel_arguments(x), projected))
+        K.add(self.faces, self.penalty * _tangents(*self._kernel_arguments(x), not projected))
 
     def state(self, x: np.ndarray) -> ContactState:
         """Force, area, pressure and penetration in the loaded shape x (n_node, 3)."""
@@ -193,7 +194,7 @@ def _gradients(x, faces, dA, N, centre, R, inner, radius):  # type: ignore[no-un
 
 
 @numba.njit(cache=True, parallel=True)
-def _tangents(x, faces, dA, N, centre, R, inner, radius, projected):  # type: ignore[no-untyped-def]
+def _tangents(x, faces, dA, N, centre, R, inner, radius, curved):  # type: ignore[no-untyped-def]
     n_face, n_q = dA.shape
     Ke = np.zeros((n_face, 6, 6, 3, 3))
     for e in numba.prange(n_face):
@@ -202,7 +203,7 @@ def _tangents(x, faces, dA, N, centre, R, inner, radius, projected):  # type: ig
             _point(x, faces[e], N[t], centre, R, y)
             d, length = _distance(y, q, n, inner, radius)
             if d < 0:
-                curvature = 0.0 if projected or length == 0.0 else d / length
+                curvature = d / length if curved and length > 0.0 else 0.0
                 for i in range(3):
                     for j in range(3):
                         H[i, j] = n[i] * n[j] * (1 - curvature)

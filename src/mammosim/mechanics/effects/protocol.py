@@ -1,7 +1,7 @@
 """What the solver knows of an effect: a term of the potential energy, its gradient and its tangent."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -19,7 +19,6 @@ class Effect(Protocol):
     @property
     def connectivity(self) -> np.ndarray:
         """(n_element, m) nodes that the tangent couples; NO_ELEMENTS where it is zero."""
-        ...
 
     def energy(self, x: np.ndarray) -> float:
         """The energy; infinite where the shape is impossible."""
@@ -49,7 +48,7 @@ class WithoutVolume:
         """No volume, no limit."""
         return np.inf
 
-    def predicted(self, x: np.ndarray, dx: np.ndarray) -> "WithoutVolume":
+    def predicted(self, x: np.ndarray, dx: np.ndarray) -> Self:
         """Itself."""
         return self
 

@@ -1,10 +1,16 @@
-"""Skin as a membrane on the surface: quadratic triangles without bending stiffness.
+"""Skin as a membrane on the surface: quadratic triangles that resist tension and wrinkle under compression.
 
-W_m = h mu/2 (tr C + 1/det C - 3) per reference area,  C = F^T F (2 x 2),  F = dx/ds (3 x 2)
-P = h mu (F - M / d^2),  M = F adj C,  d = det C
+    W_m = h mu/2 (tr C + 1/det C - 3) per reference area,  C = F^T F (2 x 2),  F = dx/ds (3 x 2)
+    P = h mu (F - M / d^2),  M = F adj C,  d = det C
+
+With the principal values c1 >= c2 of C, a strip pulled to c1 is free of stress at the width c2 = c1^(-1/2). A narrower
+one wrinkles and costs no more (relaxed energy, Pipkin 1986):
+
+    W_m = h mu/2 (c1 + 2 c1^(-1/2) - 3) where c2 < c1^(-1/2),  and 0 where c1 < 1
 """
 
-# ASSUME: skin as a membrane is incompressible in its plane law (its thickness follows from its area), has no bending stiffness and no weight of its own.
+# ASSUME: skin as a membrane wrinkles under compression without resistance, as it has no bending stiffness.
+# ASSUME: skin as a membrane is incompressible (thickness follows from area) and has no weight of its own.
 
 from dataclasses import dataclass
 
@@ -40,10 +46,9 @@ class SkinMembrane(WithoutVolume):
         add_to_nodes(self.faces, _gradients(x, self.faces, q.gradients, q.areas, self.stiffness), g)
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
-        """K_ab += integral of dN_a/ds . d2W_m/dF2 . dN_b/ds."""
+        """K_ab += integral of dN_a/ds . d2W_m/dF2 . dN_b/ds, positive semidefinite as W_m is convex."""
         q = self.quadrature
-        kernel = _projected_tangents if projected else _tangents
-        K.add(self.faces, kernel(x, self.faces, q.gradients, q.areas, self.stiffness))
+        K.add(self.faces, _tangents(x, self.faces, q.gradients, q.areas, self.stiffness))
 
 
 @numba.njit(cache=True, inline="always")
@@ -64,18 +69,30 @@ def _deformation(x, nodes, dN, F, C, M):  # type: ignore[no-untyped-def]
     return C[0, 0] * C[1, 1] - C[0, 1] * C[0, 1]
 
 
+@numba.njit(cache=True, inline="always")
+def _principal(C, n):  # type: ignore[no-untyped-def]
+    """The principal values c1 >= c2 of C, and the direction n of c1."""
+    mean, half = (C[0, 0] + C[1, 1]) / 2, (C[0, 0] - C[1, 1]) / 2
+    r = np.hypot(half, C[0, 1])
+    angle = np.arctan2(C[0, 1], half) / 2
+    n[0], n[1] = np.cos(angle), np.sin(angle)
+    return mean + r, mean - r
+
+
 @numba.njit(cache=True, parallel=True)
 def _energies(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
     n_face, n_q = dA.shape
     energies = np.zeros(n_face)
     for e in numba.prange(n_face):
-        F, C, M = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2))
+        F, C, M, n = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty(2)
         for q in range(n_q):
             d = _deformation(x, faces[e], dN[e, q], F, C, M)
-            if d <= 0:
-                energies[e] = np.inf
-            else:
-                energies[e] += dA[e, q] * stiffness[e] / 2 * (C[0, 0] + C[1, 1] + 1 / d - 3)
+            c1, c2 = _principal(C, n)
+            w = dA[e, q] * stiffness[e] / 2
+            if c2 * np.sqrt(c1) >= 1:
+                energies[e] += w * (C[0, 0] + C[1, 1] + 1 / d - 3)
+            elif c1 > 1:
+                energies[e] += w * (c1 + 2 / np.sqrt(c1) - 3)
     return energies
 
 
@@ -84,20 +101,27 @@ def _gradients(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
     n_face, n_q = dA.shape
     ge = np.zeros((n_face, 6, 3))
     for e in numba.prange(n_face):
-        F, C, M = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2))
+        F, C, M, n = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty(2)
         for q in range(n_q):
             d = _deformation(x, faces[e], dN[e, q], F, C, M)
+            c1, c2 = _principal(C, n)
             w = dA[e, q] * stiffness[e]
-            for a in range(6):
-                for i in range(3):
-                    P0 = F[i, 0] - M[i, 0] / (d * d)
-                    P1 = F[i, 1] - M[i, 1] / (d * d)
+            if c2 * np.sqrt(c1) < 1 and c1 <= 1:
+                continue
+            taut = c2 * np.sqrt(c1) >= 1
+            for i in range(3):
+                if taut:
+                    P0, P1 = F[i, 0] - M[i, 0] / (d * d), F[i, 1] - M[i, 1] / (d * d)
+                else:
+                    s = (1 - c1**-1.5) * (F[i, 0] * n[0] + F[i, 1] * n[1])
+                    P0, P1 = s * n[0], s * n[1]
+                for a in range(6):
                     ge[e, a, i] += w * (P0 * dN[e, q, a, 0] + P1 * dN[e, q, a, 1])
     return ge
 
 
 @numba.njit(cache=True, inline="always")
-def _second_derivative(F, C, M, d, A):  # type: ignore[no-untyped-def]
+def _taut(F, C, M, d, A):  # type: ignore[no-untyped-def]
     """A (6 x 6) = d2/dF2 of (tr C + 1/d) / 2, rows and columns 2 i + j of F_ij."""
     for i in range(3):
         for j in range(3):
@@ -111,6 +135,48 @@ def _second_derivative(F, C, M, d, A):  # type: ignore[no-untyped-def]
                     A[2 * i + s, 2 * j + t] = 4 / d**3 * M[i, s] * M[j, t] - dM / d**2
                     if i == j and s == t:
                         A[2 * i + s, 2 * j + t] += 1.0
+
+
+@numba.njit(cache=True, inline="always")
+def _wrinkled(F, n, c1, c2, A):  # type: ignore[no-untyped-def]
+    """A (6 x 6) = d2/dF2 of (c1 + 2 c1^(-1/2)) / 2.
+
+    dc1 = a.dF with a = 2 Fn (x) n;  d2c1 = 2 |dF n|^2 + 2 (b.dF)^2 / (c1 - c2), b = Fn (x) m + Fm (x) n.
+    """
+    w1, w2 = (1 - c1**-1.5) / 2, 0.75 * c1**-2.5
+    m = np.array([-n[1], n[0]])
+    for i in range(3):
+        Fn_i, Fm_i = F[i, 0] * n[0] + F[i, 1] * n[1], F[i, 0] * m[0] + F[i, 1] * m[1]
+        for j in range(3):
+            Fn_j, Fm_j = F[j, 0] * n[0] + F[j, 1] * n[1], F[j, 0] * m[0] + F[j, 1] * m[1]
+            for s in range(2):
+                for t in range(2):
+                    bb = (Fn_i * m[s] + Fm_i * n[s]) * (Fn_j * m[t] + Fm_j * n[t])
+                    entry = w2 * 4 * Fn_i * n[s] * Fn_j * n[t] + 2 * w1 * bb / (c1 - c2)
+                    if i == j:
+                        entry += 2 * w1 * n[s] * n[t]
+                    A[2 * i + s, 2 * j + t] = entry
+
+
+@numba.njit(cache=True, parallel=True)
+def _tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+    n_face, n_q = dA.shape
+    Ke = np.zeros((n_face, 6, 6, 3, 3))
+    for e in numba.prange(n_face):
+        F, C, M, A = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty((6, 6))
+        n = np.empty(2)
+        for q in range(n_q):
+            d = _deformation(x, faces[e], dN[e, q], F, C, M)
+            c1, c2 = _principal(C, n)
+            if c2 * np.sqrt(c1) >= 1:
+                _taut(F, C, M, d, A)
+            elif c1 > 1:
+                _wrinkled(F, n, c1, c2, A)
+            else:
+                continue
+            _add_product(A, dN[e, q], dA[e, q] * stiffness[e], Ke[e])
+        _mirror(Ke[e])
+    return Ke
 
 
 @numba.njit(cache=True, inline="always")
@@ -138,34 +204,3 @@ def _mirror(K):  # type: ignore[no-untyped-def]
             for i in range(3):
                 for j in range(3):
                     K[a, b, i, j] = K[b, a, j, i]
-
-
-@numba.njit(cache=True, parallel=True)
-def _tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
-    n_face, n_q = dA.shape
-    Ke = np.zeros((n_face, 6, 6, 3, 3))
-    for e in numba.prange(n_face):
-        F, C, M, A = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty((6, 6))
-        for q in range(n_q):
-            d = _deformation(x, faces[e], dN[e, q], F, C, M)
-            _second_derivative(F, C, M, d, A)
-            _add_product(A, dN[e, q], dA[e, q] * stiffness[e], Ke[e])
-        _mirror(Ke[e])
-    return Ke
-
-
-@numba.njit(cache=True, parallel=True)
-def _projected_tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
-    """As _tangents, with the negative eigenvalues of d2W_m/dF2 (6 x 6) set to zero at each point."""
-    n_face, n_q = dA.shape
-    Ke = np.zeros((n_face, 6, 6, 3, 3))
-    for e in numba.prange(n_face):
-        F, C, M, A = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty((6, 6))
-        for q in range(n_q):
-            d = _deformation(x, faces[e], dN[e, q], F, C, M)
-            _second_derivative(F, C, M, d, A)
-            values, vectors = np.linalg.eigh(A)
-            A[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
-            _add_product(A, dN[e, q], dA[e, q] * stiffness[e], Ke[e])
-        _mirror(Ke[e])
-    return Ke

@@ -1,0 +1,165 @@
+"""Compression of a body between two rigid plates that approach each other."""
+
+import logging
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from mammosim.core.errors import EquilibriumError, MechanicsError
+from mammosim.core.mesh import TetMesh
+from mammosim.core.units import MN_PER_N
+from mammosim.mechanics.effects import ContactState, Effect, NeoHookean, RigidPlate, RoundedBox
+from mammosim.mechanics.equilibrium import Equilibrium, Settings, held_nodes, solve
+from mammosim.mechanics.newton import System
+from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.reference import face_quadrature
+from mammosim.mechanics.soundness import require_well_posed
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Plates:
+    """Two equal plates, paddle and support, that face each other symmetrically about a centre.
+
+    centre (3,) mm; axes (3, 3): orthonormal columns, the last one points from the support to the paddle;
+    half_sizes (3,) mm of each plate along them; edge_radius_mm of all its edges.
+    """
+
+    centre: np.ndarray
+    axes: np.ndarray
+    half_sizes: np.ndarray
+    edge_radius_mm: float
+
+    @classmethod
+    def covering(
+        cls,
+        points: np.ndarray,
+        *,
+        direction: np.ndarray,
+        outward: np.ndarray,
+        margin_mm: float = 20.0,
+        plate_thickness_mm: float = 20.0,
+        edge_radius_mm: float = 8.0,
+    ) -> "Plates":
+        """Plates across `direction` (3,) that cover points (n, 3), beyond them by a margin except behind them.
+
+        outward (3,): from the chest wall to the nipple; behind the points, the plates end where the points do.
+        """
+        a = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+        b = np.asarray(outward, dtype=float) - np.dot(outward, a) * a
+        b /= np.linalg.norm(b)
+        axes = np.column_stack([b, np.cross(a, b), a])
+        low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
+        low, high = low - [0.0, margin_mm, 0.0], high + [margin_mm, margin_mm, 0.0]
+        half = (high - low) / 2
+        half[2] = plate_thickness_mm / 2
+        return cls(axes @ (low + high) / 2, axes, half, edge_radius_mm)
+
+    def at(self, thickness_mm: float) -> tuple[RoundedBox, RoundedBox]:
+        """Paddle and support with this distance between their faces."""
+        reach = (thickness_mm / 2 + self.half_sizes[2]) * self.axes[:, 2]
+        paddle, support = (
+            RoundedBox(self.centre + side * reach, self.axes, self.half_sizes, self.edge_radius_mm)
+            for side in (1, -1)
+        )
+        return paddle, support
+
+    def first_contact(self, points: np.ndarray) -> float:
+        """The largest distance between the faces at which a plate touches points (n, 3), mm."""
+        y = (points - self.centre) @ self.axes
+        under = np.all(np.abs(y[:, :2]) <= self.half_sizes[:2], axis=1)
+        if not under.any():
+            raise MechanicsError("no skin node lies between the plates; move their centre, or enlarge them")
+        return 2 * float(np.abs(y[under, 2]).max())
+
+
+@dataclass(frozen=True)
+class PressSettings:
+    """steps: the number of equal steps to begin with; penetration_mm: the largest that is accepted.
+
+    penalty_kpa_per_mm: of the contact to begin with; None takes 30 times the bulk's median shear modulus.
+    """
+
+    steps: int = 8
+    smallest_step_mm: float = 0.05
+    penetration_mm: float = 0.2
+    penalty_kpa_per_mm: float | None = None
+    solver: Settings | None = None
+
+
+@dataclass(frozen=True)
+class Compression:
+    """points (n_node, 3) mm; plates: paddle and support at the end, contacts: their state.
+
+    path: one row per step: thickness_mm, force_n (paddle), support_force_n, contact_area_mm2 (paddle), mean_pressure_kpa,
+    peak_pressure_kpa (largest mean pressure of a face), penetration_mm, energy_uj, smallest_J, iterations.
+    """
+
+    points: np.ndarray
+    path: pd.DataFrame
+    equilibrium: Equilibrium
+    plates: tuple[RigidPlate, RigidPlate]
+    contacts: tuple[ContactState, ContactState]
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """A body pressed to a thickness."""
+
+    thickness: float
+    x: np.ndarray
+    plates: tuple[RigidPlate, RigidPlate]
+    state: Equilibrium | None = None
+
+    def contacts(self) -> tuple[ContactState, ContactState]:
+        paddle, support = self.plates
+        return paddle.state(self.x), support.state(self.x)
+
+
+def compress(
+    mesh: TetMesh,
+    effects: tuple[Effect, ...],
+    *,
+    plates: Plates,
+    thickness_mm: float,
+    held: np.ndarray | None = None,
+    settings: PressSettings | None = None,
+) -> Compression:
+    """Press a body, whose mesh.points are stress-free, without friction to a distance thickness_mm between the plates.
+
+    The plates start at first contact and approach symmetrically; a step that fails is halved. effects may hold more than
+    tissue and skin, such as weight. held (n_node, 3) bool, default all components of the nodes of `posterior`.
+    Raises MechanicsError when the asked thickness is not below that of first contact, EquilibriumError when no verified
+    equilibrium was reached; its message names the thickness that was.
+    """
+    settings = settings or PressSettings()
+    held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
+    held = require_well_posed(mesh, held)
+    stage = _at_first_contact(mesh, effects, plates, settings)
+    if not 0 < thickness_mm < stage.thickness:
+        raise MechanicsError(
+            f"thickness_mm = {thickness_mm:g} is outside (0, {stage.thickness:.1f}), where the plates touch first"
+        )
+    rows = []
+    step = (stage.thickness - thickness_mm) / settings.steps
+    before = stage
+    with System.of(Potential(effects + stage.plates), held) as system:
+        while stage.thickness > thickness_mm:
+            target = max(thickness_mm, stage.thickness - step)
+            try:
+                reached = _pressed(system, mesh.points, effects, (before, stage), plates.at(target), target, settings)
+            except EquilibriumError as error:
+                step /= 2
+                log.info("compression to %.2f mm failed, halving the step: %s", target, error)
+                if step < settings.smallest_step_mm:
+                    raise EquilibriumError(
+                        f"compression stopped at {stage.thickness:.2f} mm of {thickness_mm:g} mm: {error}",
+                        history=error.history,
+                    ) from error
+                continue
+            before, stage = stage, reached
+            rows.append(_row(stage))
+    assert stage.state is not None
+    return Compression(stage.x, pd.DataFrame(rows), stage.state, stage.plates, stage.contacts())

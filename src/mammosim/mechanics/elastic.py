@@ -1,0 +1,31 @@
+"""A displacement of some nodes carried smoothly to all others, by linear elasticity."""
+
+import numpy as np
+
+from mammosim.core.errors import MechanicsError
+from mammosim.core.labels import Label
+from mammosim.core.mesh import TetMesh
+from mammosim.core.tissues import Tissue
+from mammosim.mechanics.effects import NeoHookean
+from mammosim.mechanics.newton import System
+from mammosim.mechanics.potential import Potential
+
+# ASSUME: interior nodes follow the surface as in a homogeneous elastic body with nu = 0.3, whatever the tissues are.
+_CARRIER = Tissue(youngs_modulus_kpa=1.0, poisson_ratio=0.3, density_g_cm3=0.0)
+
+
+def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> np.ndarray:
+    """The displacement (n_node, 3) mm of least elastic energy that equals `displacement` at prescribed (n_node,) nodes.
+
+    Raises MechanicsError when nothing is prescribed.
+    """
+    if not prescribed.any():
+        raise MechanicsError("no node has a prescribed displacement; give the skin's or the posterior nodes")
+    bulk = NeoHookean.of(mesh, dict.fromkeys((Label(t) for t in np.unique(mesh.tissue)), _CARRIER))
+    held = np.repeat(prescribed[:, None], 3, axis=1)
+    u = np.where(held, displacement, 0.0)
+    with System.of(Potential((bulk,)), held) as system:
+        K = system.potential.tangent(mesh.points, system.pattern)
+        force = -(K.to_csr() @ u.ravel())[system.rows.free]
+        system.solver.factorise(system.rows.values(K))
+        return u + system.spread(system.solver.solve(force))
