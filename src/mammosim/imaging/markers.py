@@ -57,13 +57,13 @@ def require_four(chest: np.ndarray) -> None:
     if len(chest) != N_CHEST:
         raise FiducialError(
             f"{len(chest)} chest markers at {places} mm, {N_CHEST} are needed; list chest_1 to "
-            f"chest_{N_CHEST} by hand (chest_markers: listed); if there are too many, list the breast markers, too"
+            f"chest_{N_CHEST} by hand (chest_markers: listed), or list the missing breast markers"
         )
-    spread = np.linalg.svd(chest - chest.mean(axis=0), compute_uv=False)
-    if spread[1] < max(LEAST_SPREAD * spread[0], LEAST_SPREAD_MM):
+    along, across, _ = np.linalg.svd(chest - chest.mean(axis=0), compute_uv=False)
+    if across < max(LEAST_SPREAD * along, LEAST_SPREAD_MM):
         raise FiducialError(
-            f"the {N_CHEST} chest markers at {places} mm are collinear: they spread {spread[0]:.0f} mm along "
-            f"a line and {spread[1]:.1f} mm across, at least {LEAST_SPREAD_MM:g} mm and {LEAST_SPREAD:.0%} are "
+            f"the {N_CHEST} chest markers at {places} mm are collinear: they spread {along:.0f} mm along "
+            f"a line and {across:.1f} mm across, at least {LEAST_SPREAD_MM:g} mm and {LEAST_SPREAD:.0%} are "
             "needed to fix a rotation; correct the list, or place a marker beside the line"
         )
 

@@ -5,18 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import SimpleITK as sitk
-from scipy import ndimage
 
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import Grid, Image, LabelMap
 from mammosim.imaging.landmarks import icp, match, residual
-from mammosim.imaging.outline import body_mask
+from mammosim.imaging.outline import body_mask, torso_depth
 from mammosim.io.images import itk_volume
 from mammosim.io.transforms import itk_transform, rigid_of
 
-# ASSUME: what 90 % of the axial slices share is the torso without breasts.
-SHARED_PART = 0.9
 # ASSUME: the rib cage begins 20 mm under the torso's skin: skin, fat and pectoral muscle lie in front of it.
 WALL_MM = 20.0
 # ASSUME: an image refinement that moves a chest marker by more than 10 mm has gone astray.
@@ -91,9 +88,7 @@ def rib_cage(image: Image) -> LabelMap:
 
     Raises ImageError when less than a usable number of voxels remains.
     """
-    h = image.grid.spacing
-    torso = body_mask(image).mean(axis=0) >= SHARED_PART
-    depth = ndimage.distance_transform_edt(torso, sampling=(h[1], h[0]))
+    depth = torso_depth(body_mask(image), image.grid.spacing)
     inside = np.broadcast_to(depth > WALL_MM, image.grid.shape).astype(np.uint8)
     if inside.sum() < SMALLEST_VOXELS:
         raise ImageError(
