@@ -65,7 +65,9 @@ class Phantom:
         return float(np.count_nonzero(self.index == index) * self.grid.voxel_volume)
 
     def mass_g(self, index: int) -> float:
-        """Mass of the voxels of one material."""
+        """Mass of the voxels of one material; none for an index without material."""
+        if index >= len(self.materials):
+            return 0.0
         return self.materials[index].density_g_cm3 * self.volume_mm3(index) / 1e3
 
 
