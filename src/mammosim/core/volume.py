@@ -35,7 +35,11 @@ class Grid:
 
     def centres(self) -> np.ndarray:
         """Patient coordinates (nz * ny * nx, 3) of all voxel centres, in array order."""
-        return self.points(np.indices(self.shape).reshape(3, -1).T.astype(float))
+        z, y, x = (
+            np.arange(n)[:, None] * step
+            for n, step in zip(self.shape, (self.direction * self.spacing).T[::-1])
+        )
+        return (self.origin + (z[:, None, None] + (y[:, None] + x))).reshape(-1, 3)
 
     @property
     def voxel_volume(self) -> float:

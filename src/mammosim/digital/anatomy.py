@@ -12,8 +12,8 @@ from mammosim.core.rng import generator
 from mammosim.core.volume import grid_around
 from mammosim.digital.build import Build
 from mammosim.digital.gland import GlandField, fitted, gland_field
-from mammosim.digital.mound import NIPPLE_BLEND_MM, Mound, mounds, torso_axes
-from mammosim.digital.shape import blend, ellipsoid_distance, random_waves, waves
+from mammosim.digital.mound import NIPPLE_BLEND_MM, Mound, chest_distance, mounds, skin_layers_mm
+from mammosim.digital.shape import blend, random_waves, waves
 
 # ASSUME: skin thickness varies by region as clipped random waves of 60-150 mm, not with any measured map.
 SKIN_WAVES = 24
@@ -34,15 +34,11 @@ class Anatomy:
 
     def rib_distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the rib cage, mm; negative in the thorax."""
-        chest = self.build.chest
-        r = np.array([chest.semi_axis_x_mm, chest.semi_axis_y_mm])
-        return ellipsoid_distance(points[:, :2] - [0.0, chest.centre_y_mm], r)
+        return chest_distance(self.build, points, layers_mm=0.0)
 
     def outer_field(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the outer face of the skin, mm, to first order; negative inside."""
-        centre = [0.0, self.build.chest.centre_y_mm]
-        torso = ellipsoid_distance(points[:, :2] - centre, torso_axes(self.build))
-        body = torso
+        body = chest_distance(self.build, points, layers_mm=skin_layers_mm(self.build))
         for mound in self.mounds:
             body = blend(body, mound.distance(points), self.build.breast.fold_mm)
         return reduce(

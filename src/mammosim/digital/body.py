@@ -20,7 +20,8 @@ from mammosim.meshing.raster import rasterise
 SKIN_REACH_MM = (
     8.0  # how far from its centre a piece of skin carries points outside the mesh: chords, the nipple
 )
-HELD_MM = 3.0  # how far from the held faces the surface of the mesh may lie
+SLIVER_MM = 3.0  # how deep under the skin its mesh may lie
+EDGE_MM = 15.0  # how far from the region's cuts the mesh may be rounded off; the skin hardly moves there
 
 
 class Body(Protocol):
@@ -45,7 +46,7 @@ class AtRest:
 
     def materials(self, grid: Grid) -> np.ndarray:
         """See Body."""
-        points = self.moved.inverse()(grid.centres())
+        points = _in_body(grid, self.moved).centres()
         return materials_of(self.anatomy, points, self.anatomy.labels_at(points)).reshape(grid.shape)
 
     def fiducials(self) -> Fiducials:
@@ -60,7 +61,7 @@ class AtRest:
 
 @dataclass(frozen=True)
 class Loaded:
-    """The body under gravity: mesh.points are stress-free, x (n_node, 3) is the equilibrium; body frame, mm."""
+    """The body under gravity: mesh.points stress-free, x (n_node, 3) in equilibrium; body frame, mm."""
 
     anatomy: Anatomy
     moved: RigidTransform
@@ -77,23 +78,25 @@ class Loaded:
 
         In the mesh by its elements, near the skin by the skin; everywhere else the body is rigid.
         """
-        points = self.moved.inverse()(grid.centres())
-        raster = rasterise(self.mesh.moved_to(self.moved(self.x)), grid)
+        grid = _in_body(grid, self.moved)
+        points = grid.centres()
+        raster = rasterise(self.mesh.moved_to(self.x), grid)
+        at_rest = rasterise(self.mesh, grid).inside.ravel()
         inside = raster.inside.ravel()
         outside = np.flatnonzero(~inside)
         near, above_skin = self.skin.pulled(points[outside], SKIN_REACH_MM)
-        left = outside[~near]
-        left = left[self._left_by_tissue(points[left])]
+        away = outside[~near]
+        left = away[at_rest[away] | self._was_skin(points[away])]
         points[inside] = raster.carry(self.mesh.points)
         points[outside[near]] = above_skin
         labels = self.anatomy.labels_at(points)
         labels[left] = Label.AIR
         return materials_of(self.anatomy, points, labels).reshape(grid.shape)
 
-    def _left_by_tissue(self, points: np.ndarray) -> np.ndarray:
-        """Whether tissue was at points (n, 3) and moved away; slivers along the held faces never move."""
-        held = np.minimum(self.anatomy.rib_distance(points), -self.anatomy.region_field(points))
-        return (self.anatomy.outer_field(points) < 0) & (held > HELD_MM)
+    def _was_skin(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, 3) lie by the skin at rest, where chords of the mesh leave slivers out."""
+        moves = self.anatomy.region_field(points) < -EDGE_MM
+        return moves & (np.abs(self.anatomy.outer_field(points)) < SLIVER_MM)
 
     def fiducials(self) -> Fiducials:
         """See Body."""
@@ -103,6 +106,12 @@ class Loaded:
     def normals(self) -> np.ndarray:
         """See Body."""
         return self.skin.pushed(skin_points(self.anatomy).points)[1] @ self.moved.R.T
+
+
+def _in_body(grid: Grid, moved: RigidTransform) -> Grid:
+    """The same voxels in the body frame."""
+    origin = moved.inverse()(grid.origin[None])[0]
+    return Grid(grid.shape, grid.spacing, origin, moved.R.T @ grid.direction)
 
 
 def materials_of(anatomy: Anatomy, points: np.ndarray, labels: np.ndarray) -> np.ndarray:

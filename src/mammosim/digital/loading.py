@@ -5,13 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from mammosim.core.labels import Label
-from mammosim.core.mesh import FACES, TetMesh
+from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
 from mammosim.core.volume import grid_around
 from mammosim.digital.anatomy import Anatomy
-from mammosim.digital.mound import torso_axes
+from mammosim.digital.mound import skin_layers_mm
 from mammosim.mechanics.body import Skin, load
 from mammosim.mechanics.equilibrium import Equilibrium
+from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.surface import Surface, surface_of_field
 from mammosim.meshing.tetrahedra import mesh_surface
 
@@ -70,7 +71,8 @@ def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:
 def _surface(anatomy: Anatomy) -> Surface:
     chest = anatomy.build.chest
     front = min(mound.nipple[1] for mound in anatomy.mounds)
-    half_width = max(torso_axes(anatomy.build)[0], *(abs(m.centre[0]) + m.radii[0] for m in anatomy.mounds))
+    torso = chest.semi_axis_x_mm + skin_layers_mm(anatomy.build)
+    half_width = max(torso, *(abs(mound.centre[0]) + mound.radii[0] for mound in anatomy.mounds))
     high = np.array([half_width, chest.region_back_mm, chest.region_half_height_mm]) + 2 * FIELD_MM
     low = np.array([-high[0], front - 2 * FIELD_MM, -high[2]])
     grid = grid_around(low, high, FIELD_MM)
@@ -79,9 +81,7 @@ def _surface(anatomy: Anatomy) -> Surface:
 
 def _boundaries(anatomy: Anatomy, mesh: TetMesh) -> dict[str, np.ndarray]:
     """Outer faces: `skin` where the skin is the nearest of the region's limits, else `posterior`."""
-    faces = mesh.cells[:, FACES].reshape(-1, 6)
-    _, index, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    outer = faces[np.sort(index[count == 1])]
+    outer = boundary_faces(mesh.cells)
     centres = mesh.points[outer[:, :3]].mean(axis=1)
     held = np.minimum(np.abs(anatomy.rib_distance(centres)), np.abs(anatomy.region_field(centres)))
     skin = np.abs(anatomy.outer_field(centres)) < held

@@ -7,7 +7,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.digital.anatomy import Anatomy
 
 # ASSUME: chest markers lie at the notch, below the right clavicle, beside the sternum, below the left breast.
-CHEST_XZ_MM = ((0.0, 88.0), (-72.0, 84.0), (10.0, 34.0), (88.0, -89.0))
+CHEST_XZ_MM = ((0.0, 88.0), (-72.0, 84.0), (10.0, 58.0), (88.0, -89.0))
 # ASSUME: three markers lie on the lower half of each breast, at these angles from and round its axis.
 BREAST_LEFT_DEG = ((58.0, -25.0), (38.0, -90.0), (62.0, -140.0))
 BREAST_RIGHT_DEG = ((55.0, -40.0), (46.0, -100.0), (58.0, -155.0))

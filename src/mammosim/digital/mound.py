@@ -30,12 +30,12 @@ class Mound:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the ellipsoid, mm."""
-        return ellipsoid_distance(self.local(points), self.radii)
+        return ellipsoid_distance(points, self.centre, self.axes, self.radii)
 
     def nipple_distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the ball of the nipple, mm."""
         ball = self.centre + (self.radii[2] - NIPPLE_SUNK * self.nipple_mm) * self.axes[2]
-        return np.linalg.norm(points - ball, axis=1) - self.nipple_mm
+        return ellipsoid_distance(points, ball, self.axes, np.full(3, self.nipple_mm))
 
     @property
     def nipple(self) -> np.ndarray:
@@ -49,16 +49,22 @@ def mounds(build: Build) -> tuple[Mound, Mound]:
     return _mound(build, "left", 1.0, 1.0), _mound(build, "right", -1.0, build.breast.right_scale)
 
 
-def torso_axes(build: Build) -> np.ndarray:
-    """Semi-axes (2,) in x and y of the torso's skin, mm: rib cage + muscle + fat + skin."""
+def chest_distance(build: Build, points: np.ndarray, *, layers_mm: float) -> np.ndarray:
+    """Signed distance (n,) mm to the elliptic cylinder that lies layers_mm outside the rib cage."""
     chest = build.chest
-    layers = chest.muscle_mm + chest.fat_mm + build.skin.mean_mm
-    return np.array([chest.semi_axis_x_mm, chest.semi_axis_y_mm]) + layers
+    r = np.array([chest.semi_axis_x_mm + layers_mm, chest.semi_axis_y_mm + layers_mm, np.inf])
+    return ellipsoid_distance(points, np.array([0.0, chest.centre_y_mm, 0.0]), np.eye(3), r)
+
+
+def skin_layers_mm(build: Build) -> float:
+    """From the rib cage to the outer face of the torso's skin: muscle, fat and skin, mm."""
+    return build.chest.muscle_mm + build.chest.fat_mm + build.skin.mean_mm
 
 
 def _mound(build: Build, side: str, sign: float, scale: float) -> Mound:
     breast = build.breast
-    a, b = torso_axes(build)
+    layers = skin_layers_mm(build)
+    a, b = build.chest.semi_axis_x_mm + layers, build.chest.semi_axis_y_mm + layers
     y = build.chest.centre_y_mm - b * np.sqrt(1 - (breast.side_mm / a) ** 2)
     lateral, inferior = np.radians([breast.lateral_deg, breast.inferior_deg])
     d = np.array(

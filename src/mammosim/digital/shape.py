@@ -4,15 +4,31 @@ import numpy as np
 from numba import njit, prange
 
 
-def ellipsoid_distance(q: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """d = k0 (k0 - 1) / k1 with k0 = |q / r|, k1 = |q / r^2|, to first order the distance in mm.
+def ellipsoid_distance(points: np.ndarray, centre: np.ndarray, axes: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """d = k0 (k0 - 1) / k1, k0 = |q / r|, k1 = |q / r^2|, q = axes (p - centre): distance (n,), first order.
 
-    q (n, m): points from the centre, along the axes; r (m,): semi-axes, mm. m = 2 gives a cylinder.
-    Source: I. Quilez, "Ellipsoid SDF", iquilezles.org/articles/ellipsoids.
+    points p (n, 3); axes (3, 3): orthonormal rows; r (3,): semi-axes along them, mm, infinite for a cylinder.
+    Exact for a ball. Source: I. Quilez, "Ellipsoid SDF", iquilezles.org/articles/ellipsoids.
     """
-    k0 = np.sqrt(np.einsum("ij,ij->i", q / r, q / r))
-    k1 = np.sqrt(np.einsum("ij,ij->i", q / r**2, q / r**2))
-    return k0 * (k0 - 1) / np.maximum(k1, 1e-9)
+    return _ellipsoid_distances(np.ascontiguousarray(points, float), centre, axes, r)
+
+
+@njit(cache=True, parallel=True)
+def _ellipsoid_distances(
+    points: np.ndarray, centre: np.ndarray, axes: np.ndarray, r: np.ndarray
+) -> np.ndarray:
+    d = np.empty(len(points))
+    for i in prange(len(points)):
+        k0, k1 = 0.0, 0.0
+        for a in range(3):
+            q = 0.0
+            for b in range(3):
+                q += axes[a, b] * (points[i, b] - centre[b])
+            k0 += (q / r[a]) ** 2
+            k1 += (q / r[a] ** 2) ** 2
+        k0, k1 = np.sqrt(k0), max(np.sqrt(k1), 1e-9)
+        d[i] = k0 * (k0 - 1) / k1
+    return d
 
 
 def blend(a: np.ndarray, b: np.ndarray, k: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 from scipy.spatial import cKDTree
 
 from mammosim.core.mesh import TetMesh
@@ -30,16 +31,18 @@ class SkinMap:
 
     def pulled(self, x: np.ndarray, reach_mm: float) -> tuple[np.ndarray, np.ndarray]:
         """Which loaded points x (m, 3) lie within reach of the skin (m,), and their reference points."""
-        distance, i = cKDTree(self.c).query(x, distance_upper_bound=reach_mm)
-        near = np.isfinite(distance)
-        i = i[near]
+        near = _in_blocks_around(self.c, x, reach_mm)
+        distance, i = cKDTree(self.c).query(x[near], distance_upper_bound=reach_mm)
+        reached = np.isfinite(distance)
+        near[near] = reached
+        i = i[reached]
         inverse = np.linalg.inv(self.A)[i]
         return near, self.C[i] + np.einsum("nij,nj->ni", inverse, x[near] - self.c[i])
 
 
 def skin_map(mesh: TetMesh, x: np.ndarray) -> SkinMap:
     """The map of a mesh whose points are the reference, loaded to x (n_node, 3)."""
-    # ASSUME: what lies above the meshed skin, as the nipple's tip, moves with the nearest skin, keeping volume.
+    # ASSUME: what lies above the meshed skin, as the nipple's tip, moves with the skin below it.
     corners = mesh.boundaries["skin"][:, QUARTERS].reshape(-1, 3)
     T, N = _frame(mesh.points[corners])
     t, n = _frame(x[corners])
@@ -50,6 +53,17 @@ def skin_map(mesh: TetMesh, x: np.ndarray) -> SkinMap:
     loaded = np.concatenate([t, (normals / area_ratio[:, None])[:, None]], axis=1)
     A = np.moveaxis(np.linalg.solve(reference, loaded), 1, 2)
     return SkinMap(mesh.points[corners].mean(axis=1), x[corners].mean(axis=1), A, normals)
+
+
+def _in_blocks_around(c: np.ndarray, x: np.ndarray, reach_mm: float) -> np.ndarray:
+    """Whether x (m, 3) lies in the same block, of edge reach_mm, as any c (n, 3), or in one beside it."""
+    low = c.min(axis=0) - 2 * reach_mm
+    shape = tuple(((c.max(axis=0) - low) // reach_mm).astype(int) + 3)
+    occupied = np.zeros(shape, bool)
+    occupied[tuple(((c - low) // reach_mm).astype(int).T)] = True
+    occupied = binary_dilation(occupied, np.ones((3, 3, 3), bool))
+    block = np.clip((x - low) // reach_mm, 0, np.array(shape) - 1).astype(int)
+    return occupied[block[:, 0], block[:, 1], block[:, 2]]
 
 
 def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

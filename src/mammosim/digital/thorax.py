@@ -25,8 +25,16 @@ STERNUM_HALF_WIDTH_MM, STERNUM_LOW_MM = 17.0, -55.0
 HEART = (np.array([22.0, 12.0, -12.0]), np.array([52.0, 36.0, 50.0]))
 LIVER = (np.array([-50.0, 55.0, -118.0]), np.array([82.0, 78.0, 85.0]))
 STOMACH = (np.array([60.0, 45.0, -128.0]), np.array([48.0, 45.0, 70.0]))
-AORTA = (np.array([14.0, 62.0]), np.array([12.0, 12.0]))
-MEDIASTINUM = (np.array([6.0, 5.0]), np.array([22.0, 60.0]))
+AORTA = (np.array([14.0, 62.0, 0.0]), np.array([12.0, 12.0, np.inf]))
+MEDIASTINUM = (np.array([6.0, 5.0, 0.0]), np.array([22.0, 60.0, np.inf]))
+# Drawn in this order, each over the ones before.
+INNER_ORGANS = (
+    ("thoracic_fat", MEDIASTINUM),
+    ("heart", HEART),
+    ("thoracic_muscle", STOMACH),
+    ("liver", LIVER),
+    ("heart", AORTA),
+)
 VESSEL_WAVES, VESSEL_MM = 24, (10.0, 40.0)
 VESSEL_LEVEL = 1.3  # standard deviations of the random waves above which the lung shows a vessel
 
@@ -34,10 +42,8 @@ VESSEL_LEVEL = 1.3  # standard deviations of the random waves above which the lu
 def organs_at(anatomy: Anatomy, points: np.ndarray) -> np.ndarray:
     """Organ code (n,) uint8 of points (n, 3) inside the rib cage."""
     organs = np.full(len(points), ORGANS["lung"], np.uint8)
-    organs[ellipsoid_distance(points[:, :2] - MEDIASTINUM[0], MEDIASTINUM[1]) < 0] = ORGANS["thoracic_fat"]
-    for name, (centre, semi_axes) in (("heart", HEART), ("thoracic_muscle", STOMACH), ("liver", LIVER)):
-        organs[ellipsoid_distance(points - centre, semi_axes) < 0] = ORGANS[name]
-    organs[ellipsoid_distance(points[:, :2] - AORTA[0], AORTA[1]) < 0] = ORGANS["heart"]
+    for name, (centre, semi_axes) in INNER_ORGANS:
+        organs[ellipsoid_distance(points, centre, np.eye(3), semi_axes) < 0] = ORGANS[name]
     rib = anatomy.rib_distance(points)
     wall = np.flatnonzero(rib > -WALL_MM)
     organs[wall] = _wall(points[wall], -rib[wall])
