@@ -1,4 +1,4 @@
-# What every rule file shares: the checked configuration, and the package files that a script depends on.
+# What every .smk file shares. The checked configuration, and the package files that a script depends on.
 import ast
 from pathlib import Path
 

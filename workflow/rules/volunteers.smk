@@ -16,7 +16,6 @@ rule digital_body:
     params:
         woman=lambda wildcards: config["digital"]["women"][wildcards.w],
         element_mm=config["digital"]["element_mm"],
-        seed=config["seed"],
     log:
         "results/logs/digital_body/{w}.log",
     benchmark:
@@ -69,6 +68,7 @@ rule digital_scan:
         woman=lambda wildcards: config["digital"]["women"][wildcards.w],
         scan=config["digital"]["scan"],
         click_error_mm=config["digital"]["click_error_mm"],
+        strokes=config["digital"]["strokes"],
         seed=config["seed"],
     log:
         "results/logs/digital_scan/{w}_{p}.log",

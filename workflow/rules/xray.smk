@@ -1,13 +1,15 @@
 # From the compressed breast to its X-ray image and dose.
 XRAY = config["xray"]
 MEASURED = STRESS_FREE["position"]
+GEOMETRY = {
+    key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
+}
 
 
 rule phantom:
     """The compressed breast as voxels, with what was conserved on the way."""
     input:
         shape="results/compression/{v}/{side}.vtu",
-        stress_free=f"results/mechanics/{{v}}/stress_free/{MEASURED}_fixed_point.vtu",
         measured=f"results/meshes/{{v}}/{MEASURED}.vtu",
         labels=f"results/segmentation/{{v}}/{MEASURED}.nii.gz",
         transform=f"results/registration/{{v}}/{MEASURED}.tfm",
@@ -57,15 +59,14 @@ rule dose_and_scatter:
         phantom="results/phantom/{v}/{side}.nii.gz",
         plates="results/compression/{v}/{side}_plates.json",
         spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
         library=library("dose_and_scatter.py"),
     output:
         dose="results/xray/{v}/{side}_dose.csv",
         scatter="results/xray/{v}/{side}_scatter.csv",
     params:
-        geometry={
-            key: XRAY[key]
-            for key in ("source_to_detector_mm", "support_to_detector_mm", "scatter_pixel_mm")
-        },
+        geometry=GEOMETRY,
+        scatter_pixel_mm=XRAY["scatter_pixel_mm"],
         dose_error_percent=XRAY["dose_error_percent"],
         seed=config["seed"],
     log:
@@ -84,6 +85,7 @@ rule mammogram:
         phantom="results/phantom/{v}/{side}.nii.gz",
         plates="results/compression/{v}/{side}_plates.json",
         spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
         scatter="results/xray/{v}/{side}_scatter.csv",
         dose="results/xray/{v}/{side}_dose.csv",
         library=library("mammogram.py"),
@@ -91,7 +93,7 @@ rule mammogram:
         image="results/xray/{v}/{side}_mammogram.nii.gz",
         row="results/xray/{v}/{side}_image.csv",
     params:
-        geometry={key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm")},
+        geometry=GEOMETRY,
         detector_kerma_ugy=XRAY["detector_kerma_ugy"],
         seed=config["seed"],
     log:

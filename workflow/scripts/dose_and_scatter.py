@@ -1,1 +1,39 @@
+"""Glandular dose and scatter of one compressed breast by photon Monte Carlo."""
 
+from dataclasses import asdict
+
+import _log
+import pandas as pd
+
+from mammosim.core.rng import seed_of
+from mammosim.io.images import read_labels
+from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.mammogram import dose_and_scatter
+from mammosim.study.view import craniocaudal, spectrum_from
+
+
+def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
+    labels = read_labels(files["phantom"])
+    plates = read_json(files["plates"])
+    dose, cells = dose_and_scatter(
+        labels,
+        craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"]),
+        spectrum_from(read_table(files["spectrum"]), read_json(files["facts"])),
+        relative_error=settings["dose_error_percent"] / 100,
+        seed=seed,
+        cell_mm=settings["scatter_pixel_mm"],
+    )
+    row = job | asdict(dose) | {"mgy_per_mgy": dose.mgy_per_mgy, "relative_error": dose.relative_error}
+    write_table(pd.DataFrame([row]), files["dose"])
+    write_table(cells, files["scatter"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    job = {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side}
+    main(
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        dict(snakemake.params.items()),
+        job,
+        seed_of(snakemake.params.seed, *job.values(), "photons"),
+    )

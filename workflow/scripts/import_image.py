@@ -12,22 +12,23 @@ from mammosim.io.images import read_image, write_image
 from mammosim.io.tables import write_table
 
 
-def main(images: str, volunteer: str, position: str, gravity: np.ndarray, image_path: str, quality: str) -> None:
-    series = read_series(images) if Path(images).is_dir() else None
-    image = series.image if series else read_image(images)
-    require_usable(image, position=position, gravity=gravity, patient_position=series and series.patient_position)
-    write_image(image, image_path)
+def main(files: dict[str, str], volunteer: str, position: str, gravity: np.ndarray) -> None:
+    if Path(files["images"]).is_dir():
+        series = read_series(files["images"])
+        image, tag = series.image, series.patient_position
+    else:
+        image, tag = read_image(files["images"]), None
+    require_usable(image, position=position, gravity=gravity, patient_position=tag)
+    write_image(image, files["image"])
     row = {"volunteer": volunteer, "position": position} | image_quality(image, position=position)
-    write_table(pd.DataFrame([row]), quality)
+    write_table(pd.DataFrame([row]), files["quality"])
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     main(
-        snakemake.input.images,
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
         snakemake.wildcards.v,
         snakemake.wildcards.p,
         np.array(snakemake.params.gravity.split(), float),
-        snakemake.output.image,
-        snakemake.output.quality,
     )

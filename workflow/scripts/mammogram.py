@@ -1,1 +1,42 @@
+"""The X-ray image of one compressed breast with a lesion, and how well the lesion shows."""
 
+import _log
+import numpy as np
+import pandas as pd
+
+from mammosim.core.rng import generator
+from mammosim.core.volume import Grid, Image
+from mammosim.io.images import read_labels, write_image
+from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.mammogram import View, mammogram, scatter_from
+from mammosim.study.view import craniocaudal, spectrum_from
+
+
+def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
+    labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
+    geometry = craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"])
+    view = View(
+        geometry,
+        spectrum_from(read_table(files["spectrum"]), read_json(files["facts"])),
+        scatter_from(read_table(files["scatter"]), geometry),
+        settings["detector_kerma_ugy"] / 1e3,
+    )
+    taken = mammogram(labels, view, rng=generator(seed, *job.values(), "quantum noise"))
+    dose = read_table(files["dose"]).iloc[0]
+    row = job | taken.row
+    row["dose_mgy"] = dose.mgy_per_mas * taken.row["mas"]
+    row["dose_se_mgy"] = dose.standard_error_mgy_per_mas * taken.row["mas"]
+    write_table(pd.DataFrame([row]), files["row"])
+    pixel = geometry.detector.pixel_mm
+    layers = np.stack([taken.exposure.image, taken.lesion, taken.ring]).astype(np.float32)
+    write_image(Image(Grid(layers.shape, np.array([pixel, pixel, 1.0]), np.zeros(3)), layers), files["image"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        dict(snakemake.params.items()),
+        {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
+        snakemake.params.seed,
+    )
