@@ -10,7 +10,8 @@ from numba import njit
 # Light from over the viewer's left shoulder: towards the light, in (right, up, viewer).
 LIGHT = np.array([-0.45, 0.6, 0.66])
 AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0.38, 0.62, 0.16, 24
-SUPERSAMPLING = 3
+SUPERSAMPLING = 2
+EDGE_PIXELS = 1.1
 
 
 @dataclass(frozen=True)
@@ -123,34 +124,35 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def _shaded(solid: Solid, camera: Camera, triangle: np.ndarray, b: np.ndarray, pixel: float) -> np.ndarray:
     """Colours (k, 3) of visible samples: ambient, diffuse, and a highlight of the light."""
-    corners = solid.triangles[triangle]
+    corners = solid.points[solid.triangles]
     if solid.smooth:
-        normals = np.einsum("kc,kcd->kd", b, vertex_normals(solid.points, solid.triangles)[corners])
+        at_nodes = camera.project(vertex_normals(solid.points, solid.triangles))
+        n = np.einsum("kc,kcd->kd", b, at_nodes[solid.triangles[triangle]])
+        n /= np.sqrt(np.maximum(np.einsum("kd,kd->k", n, n), 1e-12))[:, None]
     else:
-        p = solid.points[corners]
-        normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    n = camera.project(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+        flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
+        n = camera.project(flat)[triangle]
     light = LIGHT / np.linalg.norm(LIGHT)
     half = light + np.array([0, 0, 1])
-    half /= np.linalg.norm(half)
     diffuse = AMBIENT + DIFFUSE * np.clip((n @ light + 0.25) / 1.25, 0, 1)
-    colour = solid.colours[triangle] * diffuse[:, None]
-    colour += SPECULAR * np.clip(n @ half, 0, 1)[:, None] ** SHININESS
+    highlight = SPECULAR * np.clip(n @ half / np.linalg.norm(half), 0, 1) ** SHININESS
+    colour = solid.colours[triangle] * diffuse[:, None] + highlight[:, None]
     if not solid.smooth:
-        colour = np.where(_on_edge(solid.points[corners], b, 1.6 * pixel)[:, None], colour * 0.62, colour)
+        colour[np.min(b * _heights(corners)[triangle], axis=1) < EDGE_PIXELS * pixel] *= 0.62
     return np.clip(colour, 0, 1)
 
 
-def _on_edge(corners: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
-    """Whether samples lie within `width` mm of an edge of their triangle, (k,)."""
+def _heights(corners: np.ndarray) -> np.ndarray:
+    """Height (m, 3) of triangles (m, 3, 3) above the edge opposite to each corner, mm."""
     area2 = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     opposite = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1), axis=2)
-    return np.min(b * area2[:, None] / np.maximum(opposite, 1e-12), axis=1) < width
+    return area2[:, None] / np.maximum(opposite, 1e-12)
 
 
 def _outlined(rgba: np.ndarray, depth: np.ndarray, pixel: float) -> np.ndarray:
     """Darken where the depth jumps by more than 3 mm: silhouettes against what is behind."""
-    solid = np.where(np.isfinite(depth), depth, np.where(np.isfinite(depth), depth, -1e6))
+    solid = np.where(np.isfinite(depth), depth, -1e6)
     jump = np.zeros(depth.shape, bool)
     for axis in (0, 1):
         step = np.abs(np.diff(solid, axis=axis)) > 3 + 4 * pixel

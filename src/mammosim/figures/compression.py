@@ -1,0 +1,114 @@
+"""The breast between the plates: its shape, strain and pressure, and the force it takes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from mammosim.core.mesh import TetMesh
+from mammosim.figures.render import Camera, Solid, render
+from mammosim.figures.style import SEQUENTIAL, SERIES, new_figure, scale_bar, styled
+from mammosim.figures.surfaces import box_solid, coloured_skin, cut_solid, skin_solid
+
+SIDEWAYS, OBLIQUE, ABOVE = Camera.at(90, 2), Camera.at(48, 20), Camera.at(0, 89.9)
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A compression plate to draw: centre (3,), axes (3, 3) in columns, half sizes (3,), mm."""
+
+    centre: np.ndarray
+    axes: np.ndarray
+    half_sizes: np.ndarray
+
+    @property
+    def solid(self) -> Solid:
+        """See-through."""
+        return box_solid(self.centre, self.axes, self.half_sizes)
+
+
+@styled
+def compressed_breast(
+    mesh: TetMesh,
+    compressed: TetMesh,
+    plates: tuple[Plate, ...],
+    *,
+    strain: np.ndarray,
+    pressure: np.ndarray,
+    cut_x_mm: float,
+) -> Figure:
+    """Before and after compression, the largest strain on a cut through the breast, the pressure on the skin.
+
+    mesh: without load; strain (n_cell,): largest principal Green-Lagrange strain; pressure (n_face,) kPa on
+    the faces of the skin; cut_x_mm: elements at a larger x are taken away.
+    """
+    figure = new_figure(5.6)
+    axes = figure.subplots(2, 2)
+    draw_between_plates(axes[0, 0], (skin_solid(mesh),), ())
+    axes[0, 0].set_title("without load")
+    draw_between_plates(axes[0, 1], (skin_solid(compressed),), plates)
+    axes[0, 1].set_title("between the plates")
+    draw_strain(axes[1, 0], compressed, strain, cut_x_mm)
+    draw_pressure(axes[1, 1], compressed, pressure)
+    return figure
+
+
+def draw_between_plates(ax: Axes, solids: tuple[Solid, ...], plates: tuple[Plate, ...]) -> None:
+    """Solids with see-through plates."""
+    render((*solids, *(plate.solid for plate in plates)), OBLIQUE).show(ax)
+    scale_bar(ax)
+
+
+def draw_strain(ax: Axes, mesh: TetMesh, strain: np.ndarray, cut_x_mm: float) -> None:
+    """The largest principal strain of the elements on one side of a cut."""
+    scale = Normalize(0, float(np.percentile(strain, 99)) or 1.0)
+    kept = mesh.points[mesh.cells[:, :4]].mean(axis=1)[:, 0] <= cut_x_mm
+    rgb = colormaps[SEQUENTIAL](scale(strain))[:, :3]
+    render((cut_solid(mesh, kept, rgb),), Camera.at(62, 14)).show(ax)
+    scale_bar(ax)
+    ax.set_title(f"strain, cut at x = {cut_x_mm:.0f} mm")
+    _add_bar(ax, scale, SEQUENTIAL, "largest principal strain (-)")
+
+
+def draw_pressure(ax: Axes, mesh: TetMesh, pressure: np.ndarray) -> None:
+    """The contact pressure on the skin, seen from above."""
+    scale = Normalize(0, float(pressure.max()) or 1.0)
+    rgb = colormaps["plasma"](scale(pressure))[:, :3]
+    rgb[pressure <= 0] = (0.88, 0.86, 0.84)
+    render((coloured_skin(mesh, rgb),), ABOVE).show(ax)
+    scale_bar(ax)
+    ax.set_title("pressure of the upper plate")
+    _add_bar(ax, scale, "plasma", "contact pressure (kPa)")
+
+
+def _add_bar(ax: Axes, scale: Normalize, colours: str, label: str) -> None:
+    figure = ax.get_figure()
+    if figure is not None:
+        bar = figure.colorbar(ScalarMappable(scale, colours), ax=ax, shrink=0.75, pad=0.05, label=label)
+        bar.outline.set_visible(False)
+
+
+@styled
+def force_thickness(paths: Mapping[str, pd.DataFrame]) -> Figure:
+    """Force, contact area and mean pressure while the plates close.
+
+    paths: name -> columns thickness_mm, force_n, area_mm2, pressure_kpa.
+    """
+    figure = new_figure(2.7)
+    axes = figure.subplots(1, 3)
+    quantities = (("force_n", 1.0, "force (N)"), ("area_mm2", 1e-2, "contact area (cm²)"),
+                  ("pressure_kpa", 1.0, "mean pressure (kPa)"))  # fmt: skip
+    for ax, (column, factor, label) in zip(axes, quantities):
+        for number, (name, path) in enumerate(paths.items()):
+            ax.plot(path.thickness_mm, factor * path[column], "o-", ms=3.5, color=SERIES[number], label=name)
+        ax.set(xlabel="distance of the plates (mm)", ylabel=label)
+        ax.set_ylim(bottom=0)
+        ax.xaxis.set_inverted(True)
+    axes[0].legend()
+    return figure

@@ -1,0 +1,133 @@
+"""Every figure is drawn from small made-up data: axes named with units, finite data, nothing left over."""
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mammosim.core.labels import Label
+from mammosim.core.volume import LabelMap
+from mammosim.figures import compression, cost, deformation, radiograph, surfaces, volunteers
+
+GRAVITY = {"prone": np.array([0, -1.0, 0]), "supine": np.array([0, 1.0, 0])}
+
+
+def plots(figure: Figure) -> list[Axes]:
+    """Axes with an axis to read: not pictures with a scale bar, not legends."""
+    return [ax for ax in figure.axes if ax.axison and ax.get_label() != "<colorbar>"]
+
+
+def require_readable(figure: Figure) -> None:
+    assert isinstance(figure, Figure)
+    for ax in plots(figure):
+        labels = [ax.get_xlabel(), ax.get_ylabel()]
+        assert any("(" in label for label in labels), f"no unit on {ax.get_title()!r}: {labels}"
+        assert np.all(np.isfinite([*ax.get_xlim(), *ax.get_ylim()]))
+    memory = io.BytesIO()
+    figure.savefig(memory, format="png", dpi=40)
+    assert memory.tell() > 3000
+
+
+def sweep_table() -> pd.DataFrame:
+    rows = [
+        {"volunteer": v, "youngs_modulus_kpa": E, "nipple_left_mm": 9 / E, "nipple_right_mm": 8 / E,
+         "max_displacement_mm": 20 / E, "supine_left_mm": 30.0, "supine_right_mm": 28.0,
+         "outcome": "verified"}
+        for v in ("small", "large") for E in (0.5, 5.0)
+    ]  # fmt: skip
+    rows[0] |= {"nipple_left_mm": np.nan, "max_displacement_mm": np.nan, "outcome": "refused"}
+    return pd.DataFrame(rows)
+
+
+def shot() -> dict[str, Any]:
+    v, u = np.indices((60, 80))
+    thick = 60 * np.clip(1 - ((u - 40) / 35) ** 2 - (v / 50) ** 2, 0, None) ** 0.3
+    return {"image": 1e4 * np.exp(-0.05 * thick), "pixel_mm": 1.0, "unobstructed": 1e4,
+            "lesion": np.hypot(v - 20, u - 40) < 4}  # fmt: skip
+
+
+CASES: dict[str, Callable[[Any], Figure]] = {
+    "positions": lambda t: volunteers.positions(
+        dict.fromkeys(GRAVITY, t.image), dict.fromkeys(GRAVITY, t.fiducials), GRAVITY
+    ),
+    "registration": lambda t: volunteers.registration(
+        t.image, t.image, t.image,
+        pd.DataFrame({"step": ["landmarks", "image"], "marker_residual_mm": [1.0, 0.8]}), at_mm=0.0,
+    ),
+    "segmentation": lambda t: volunteers.segmentation(
+        t.image, t.labels, pd.DataFrame({"tissue": ["adipose"], "dice": [0.9]}),
+        point=np.array([75.0, -60, 0]),
+    ),
+    "segmentation without truth": lambda t: volunteers.segmentation(
+        t.image, t.labels, point=np.array([75.0, -60, 0])
+    ),
+    "mesh": lambda t: surfaces.mesh_with_tissues(
+        t.mesh, cut_x_mm=75.0, nipples=t.fiducials.of_kind("nipple")
+    ),
+    "sweep": lambda t: deformation.sweep(sweep_table()),
+    "upright": lambda t: deformation.upright(
+        {"none": t.mesh, "10 kPa": t.flat},
+        pd.DataFrame({"skin_kpa": [0.0, 10.0], "max_displacement_mm": [20.0, 15.0]}), x_mm=75.0,
+    ),
+    "stress free": lambda t: deformation.stress_free(
+        {"measured": t.mesh, "fixed point": t.flat}, x_mm=75.0, z_mm=0.0
+    ),
+    "convergence": lambda t: deformation.convergence(
+        {"small": pd.DataFrame({"iteration": [0, 1, 2], "largest_mm": [9.0, 2.0, 0.4]})}, tolerance_mm=0.1
+    ),
+    "compressed breast": lambda t: compression.compressed_breast(
+        t.mesh, t.flat, (compression.Plate(np.array([75.0, -90, 40]), np.eye(3), np.array([80.0, 50, 4])),),
+        strain=np.linspace(0, 0.4, len(t.mesh.cells)),
+        pressure=np.linspace(0, 5, len(t.mesh.boundaries["skin"])), cut_x_mm=75.0,
+    ),
+    "force": lambda t: compression.force_thickness(
+        {"small": pd.DataFrame({"thickness_mm": [70.0, 50], "force_n": [0.0, 20], "area_mm2": [0.0, 5e3],
+                                "pressure_kpa": [0.0, 4]})}
+    ),
+    "phantom": lambda t: radiograph.phantom_slices(t.labels),
+    "mammogram": lambda t: radiograph.mammogram(**shot(), row={"mas": 80.0, "cnr": 3.0, "cnr_se": 0.1}),
+    "mammogram right": lambda t: radiograph.mammogram(**shot(), side="right"),
+    "dose": lambda t: radiograph.dose(
+        pd.DataFrame({"name": ["small"], "agd_mgy": [1.3], "agd_se_mgy": [0.01], "scatter_to_primary": [0.5],
+                      "mas": [80.0]})
+    ),
+    "cost": lambda t: cost.time_and_memory(
+        pd.DataFrame({"rule": ["sweep", "sweep", "segment"], "s": [9.0, 8, 30], "max_rss": [900.0, 800, 700]})
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_figure_is_drawn_with_units_on_its_axes(name, torso):
+    require_readable(CASES[name](torso))
+
+
+def test_drawing_leaves_the_settings_of_the_session_alone(torso):
+    before = dict(mpl.rcParams)
+    deformation.sweep(sweep_table())
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_refused_row_is_a_cross_and_not_a_point(torso):
+    figure = deformation.sweep(sweep_table())
+    crosses = [line for line in figure.axes[0].lines if line.get_label() == "no verified equilibrium"]
+    np.testing.assert_array_equal(crosses[0].get_xdata(), [0.5])
+
+
+def test_the_lesion_is_circled_on_the_same_side_as_it_is_drawn(torso):
+    for side, x in (("left", 20.5), ("right", None)):
+        figure = radiograph.mammogram(**shot(), side=side)
+        circle, ax = figure.axes[0].patches[0], figure.axes[0]
+        expected = x if x is not None else ax.get_xlim()[1] - 20.5
+        assert circle.center[0] == pytest.approx(expected)
+
+
+def test_labels_of_every_tissue_have_a_colour_in_the_phantom(torso):
+    values = np.where(torso.labels.values == Label.GLANDULAR, Label.LESION, torso.labels.values)
+    require_readable(radiograph.phantom_slices(LabelMap(torso.labels.grid, values.astype(np.uint8))))
