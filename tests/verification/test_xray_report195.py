@@ -30,8 +30,8 @@ def breast():
 
 @pytest.fixture(scope="module")
 def tallies(breast) -> dict[str, Tallies]:
-    """About ten million photons of each beam."""
-    geometry, accuracy, regions = geometry_of_report(), Accuracy(TISSUE, 5e-4), regions_of_report()
+    """About five million photons of each beam."""
+    geometry, accuracy, regions = geometry_of_report(), Accuracy(TISSUE, 7e-4), regions_of_report()
 
     def run(name: str) -> Tallies:
         beam = beam_of_report(name)

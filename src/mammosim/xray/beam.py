@@ -67,14 +67,12 @@ def _alias_table(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return scaled, alias
 
 
-def require_outside(body: Body, geometry: Geometry) -> None:
-    """Raises XrayError when a box around tissue holds the source or a part of the detector."""
-    d = geometry.detector
-    a, b = d.size_mm
-    corners = np.array([d.corner, d.corner + a * d.u, d.corner + b * d.v, d.corner + a * d.u + b * d.v])
-    for low, high in body.boxes.reshape(-1, 2, 3):
-        for name, points in (("source", geometry.source[None]), ("detector", corners)):
-            if np.all(points.max(axis=0) > low + 1e-6) and np.all(points.min(axis=0) < high - 1e-6):
-                raise XrayError(
-                    f"the {name} is inside the body, {low} to {high} mm; move it, or cut the phantom smaller"
-                )
+def require_outside(phantom: Phantom, geometry: Geometry, detector: Detector) -> None:
+    """Raises XrayError when the source, or the centre of a detector cell, is in a voxel that is not air."""
+    rows, columns = np.indices(detector.shape).reshape(2, -1, 1)
+    centres = detector.origin + detector.pixel_mm * (columns * detector.u + rows * detector.v)
+    for name, points in (("source", geometry.source[None]), ("detector", centres)):
+        at = np.round(phantom.grid.indices(points)).astype(int)
+        held = np.all((at >= 0) & (at < phantom.grid.shape), axis=1)
+        if np.any(phantom.index[tuple(at[held].T)] != AIR):
+            raise XrayError(f"the {name} is inside the body; move it out, or cut the phantom smaller")

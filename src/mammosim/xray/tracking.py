@@ -85,12 +85,12 @@ def slab(low: float, high: float, position: float, inverse: float) -> tuple[floa
 
 @njit(cache=True)
 def crossing(
-    box: np.ndarray, x: float, y: float, z: float, ix: float, iy: float, iz: float
+    boxes: np.ndarray, i: int, x: float, y: float, z: float, ix: float, iy: float, iz: float
 ) -> tuple[float, float]:
-    """Distances at which the ray enters and leaves a box (6,); missed when the first is larger."""
-    x0, x1 = slab(box[0], box[3], x, ix)
-    y0, y1 = slab(box[1], box[4], y, iy)
-    z0, z1 = slab(box[2], box[5], z, iz)
+    """Distances at which the ray enters and leaves box i of (n_box, 6); missed when the first is larger."""
+    x0, x1 = slab(boxes[i, 0], boxes[i, 3], x, ix)
+    y0, y1 = slab(boxes[i, 1], boxes[i, 4], y, iy)
+    z0, z1 = slab(boxes[i, 2], boxes[i, 5], z, iz)
     return max(x0, y0, z0), min(x1, y1, z1)
 
 
@@ -127,45 +127,46 @@ def deposit(
     """Adds the energy given at a point to its material and to the regions that hold it."""
     by_material[material] += energy
     for i in range(len(body.regions)):
-        r = body.regions[i]
-        if r[0] <= x < r[3] and r[1] <= y < r[4] and r[2] <= z < r[5]:
+        inside_x = body.regions[i, 0] <= x < body.regions[i, 3]
+        inside_y = body.regions[i, 1] <= y < body.regions[i, 4]
+        if inside_x and inside_y and body.regions[i, 2] <= z < body.regions[i, 5]:
             by_region[i] += energy
 
 
 @njit(cache=True)
 def fly_in_air(
-    body: Body, field: Field, mu: float, x: float, y: float, z: float, dx: float, dy: float, dz: float,
+    body: Body, mu: float, t_seen: float, x: float, y: float, z: float, dx: float, dy: float, dz: float,
     state: np.ndarray,
-) -> tuple[float, int, int, float, float]:  # fmt: skip
-    """A flight outside all boxes: length, what ends it, the box entered, u and v on the detector."""
+) -> tuple[float, int, int]:  # fmt: skip
+    """A flight outside all boxes: its length, what ends it, and the box entered."""
     ix, iy, iz = inverse(dx), inverse(dy), inverse(dz)
     t_end, end, box = LOST_AFTER_MM, LOST, -1
     for i in range(len(body.boxes)):
-        t_in, t_out = crossing(body.boxes[i], x, y, z, ix, iy, iz)
+        t_in, t_out = crossing(body.boxes, i, x, y, z, ix, iy, iz)
         if t_in < t_out and t_out > NEAR_MM and (box < 0 or t_in < t_end):
             t_end, end, box = max(t_in, 0.0), ENTERED, i
-    t_seen, s, r = to_detector(field, x, y, z, dx, dy, dz)
-    if t_seen < t_end or (box < 0 and t_seen < math.inf):
+    if t_seen <= t_end or (box < 0 and t_seen < math.inf):
         t_end, end = t_seen, SEEN
     t = -math.log(1 - uniform(state)) / mu
-    return (t, MET, box, s, r) if t < t_end else (t_end, end, box, s, r)
+    return (t, MET, -1) if t < t_end else (t_end, end, box)
 
 
 @njit(cache=True)
 def fly_in_box(
-    body: Body, matter: Matter, row: int, share: float, box: int, x: float, y: float, z: float, dx: float,
-    dy: float, dz: float, state: np.ndarray,
+    body: Body, matter: Matter, row: int, share: float, box: int, t_seen: float, x: float, y: float, z: float,
+    dx: float, dy: float, dz: float, state: np.ndarray,
 ) -> tuple[float, int, int, float]:  # fmt: skip
     """A flight inside a box: its length, what ends it, the material met and a number even in [0, its mu)."""
-    _, t_out = crossing(body.boxes[box], x, y, z, inverse(dx), inverse(dy), inverse(dz))
+    _, t_out = crossing(body.boxes, box, x, y, z, inverse(dx), inverse(dy), inverse(dz))
+    t_end, end = (t_seen, SEEN) if t_seen < t_out else (max(t_out, 0.0), LEFT)
     M = between(body.majorant, row, share, box)
     nz, ny, nx = body.voxels.shape
     x, y, z = x - body.low[0], y - body.low[1], z - body.low[2]
     t = 0.0
     while True:
         t -= math.log(1 - uniform(state)) / M
-        if t >= t_out:
-            return max(t_out, 0.0), LEFT, 0, 0.0
+        if t >= t_end:
+            return t_end, end, 0, 0.0
         i = min(max(int((x + t * dx) * body.per_mm[0]), 0), nx - 1)
         j = min(max(int((y + t * dy) * body.per_mm[1]), 0), ny - 1)
         k = min(max(int((z + t * dz) * body.per_mm[2]), 0), nz - 1)
@@ -190,15 +191,15 @@ def track(
     balance[0] += E
     box, scattered = -1, False
     while True:
+        t_seen, s, r = to_detector(field, x, y, z, dx, dy, dz)
         if box < 0:
-            mu = between(matter.total, row, share, 0)
-            t, end, box, s, r = fly_in_air(body, field, mu, x, y, z, dx, dy, dz, state)
-            material, v = 0, 0.0
-            if end == MET:
-                box, v = -1, mu * uniform(state)
+            mu, material = between(matter.total, row, share, 0), 0
+            t, end, box = fly_in_air(body, mu, t_seen, x, y, z, dx, dy, dz, state)
+            v = mu * uniform(state) if end == MET else 0.0
         else:
-            t, end, material, v = fly_in_box(body, matter, row, share, box, x, y, z, dx, dy, dz, state)
-            s, r = 0.0, 0.0
+            t, end, material, v = fly_in_box(
+                body, matter, row, share, box, t_seen, x, y, z, dx, dy, dz, state
+            )
             if end == LEFT:
                 box = -1
         if end == LOST:

@@ -68,9 +68,9 @@ def transport(
         )
     detector = geometry.detector.binned(cell_mm)
     boxes = np.zeros((0, 2, 3)) if regions is None else np.asarray(regions, float).reshape(-1, 2, 3)
+    require_outside(phantom, geometry, detector)
     tables = matter(phantom.materials, float(spectrum.energies_kev[-1]))
     body = body_of(phantom, tables, boxes)
-    require_outside(body, geometry)
     beam = field_of(geometry.source, detector, spectrum)
     shapes = ((len(phantom.materials),), (len(boxes),), (3, *detector.shape), (2,))
     sums, reached = Sums(), np.inf

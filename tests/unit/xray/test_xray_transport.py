@@ -9,7 +9,7 @@ from mammosim.core.volume import grid_around
 from mammosim.xray.attenuation import material
 from mammosim.xray.cover import cover
 from mammosim.xray.dose import air_kerma_at, mean_glandular_dose
-from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.geometry import Detector, Geometry, mammography_geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import primary
 from mammosim.xray.spectrum import Spectrum
@@ -79,6 +79,21 @@ def test_free_paths_are_exponential():
     counted = run.per_mas(run.primary)
     assert abs(counted.value[0, 0] - exact) < 4 * counted.error[0, 0]
     assert counted.error[0, 0] < 0.01 * exact
+
+
+def test_a_detector_beside_the_chest_below_the_breast_is_seen():
+    """The chest reaches below the detector's plane, in a box with the breast; all the primary arrives."""
+    grid = grid_around(np.array([-60.0, -80.0, -100.0]), np.array([60.0, 40.0, 100.0]), 4.0)
+    y, z = grid.centres()[:, 1].reshape(grid.shape), grid.centres()[:, 2].reshape(grid.shape)
+    index = np.where((y > 2) | ((z > 0) & (z < 40)), 1, 0).astype(np.uint8)
+    index[26:34, 8:14, 12:18] = 2
+    phantom = Phantom(grid, index, block().materials)
+    geometry = mammography_geometry(phantom, chest_wall_y_mm=2.0, field_mm=(100.0, 140.0))
+    run = transport(phantom, geometry, BEAM, accuracy=Accuracy(2, 0.01), seed=6, cell_mm=20.0)
+    exact = primary(phantom, geometry, BEAM).signal.reshape(5, 20, 7, 20).mean(axis=(1, 3))
+    counted = run.per_mas(run.primary)
+    assert np.all(np.abs(counted.value - exact) < 5 * counted.error)
+    assert abs(run.lost_kev) < 1e-12 * run.emitted_kev
 
 
 def test_impossible_runs_are_refused():
