@@ -1,4 +1,4 @@
-"""What a person adds to the raw images: clicks on markers and nipples, and a few strokes of paint in each tissue."""
+"""What a person adds to the raw images: clicks on markers and nipples, and strokes of paint in tissues."""
 
 from collections.abc import Sequence
 
@@ -90,9 +90,8 @@ def _stroke(seen: np.ndarray, steps: int, rng: np.random.Generator) -> np.ndarra
 
 def _holds(seen: np.ndarray, points: np.ndarray) -> np.ndarray:
     pixels = np.round(points).astype(int)
-    within = ((pixels >= 0) & (pixels < seen.shape)).all(axis=1)
-    within[within] = seen[tuple(pixels[within].T)]
-    return within
+    within = np.all((pixels >= 0) & (pixels < seen.shape), axis=1)
+    return within & seen[tuple(np.where(within[:, None], pixels, 0).T)]
 
 
 def _rows(points: np.ndarray, label: Label) -> pd.DataFrame:

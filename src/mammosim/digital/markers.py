@@ -15,19 +15,20 @@ REACH_MM = 250.0
 
 
 def skin_points(anatomy: Anatomy) -> Fiducials:
-    """The ten markers and two nipples as points on the outer face of the skin."""
-    chest = [_on_skin(anatomy, np.array([x, 0.0, z]), np.array([0.0, -1.0, 0.0])) for x, z in CHEST_XZ_MM]
-    breast = [
-        _on_skin(anatomy, mound.centre, _direction(mound.axes, *angles))
-        for mound, three in zip(anatomy.mounds, (BREAST_LEFT_DEG, BREAST_RIGHT_DEG))
-        for angles in three
-    ]
+    """The ten markers and two nipples as points on the outer face of the skin.
+
+    Raises FiducialError when the body reaches further than REACH_MM.
+    """
+    rays = [(np.array([x, 0.0, z]), np.array([0.0, -1.0, 0.0])) for x, z in CHEST_XZ_MM]
+    for mound, three in zip(anatomy.mounds, (BREAST_LEFT_DEG, BREAST_RIGHT_DEG)):
+        rays += [(mound.centre, _direction(mound.axes, *angles)) for angles in three]
+    worn = _on_skin(anatomy, *map(np.array, zip(*rays)))
     nipples = [mound.nipple for mound in anatomy.mounds]
     names = [*(f"chest_{i}" for i in range(1, 5)), *(f"breast_{i}" for i in range(1, 7))]
     return Fiducials(
         (*names, "nipple_left", "nipple_right"),
         ("chest",) * 4 + ("breast",) * 6 + ("nipple",) * 2,
-        np.array([*chest, *breast, *nipples]),
+        np.array([*worn, *nipples]),
     )
 
 
@@ -47,14 +48,14 @@ def _direction(axes: np.ndarray, polar_deg: float, round_deg: float) -> np.ndarr
 
 
 def _on_skin(anatomy: Anatomy, start: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Where the ray from a start inside the body leaves it, by bisection to 1e-6 mm."""
-    inside, outside = 0.0, REACH_MM
-    if anatomy.outer_field((start + outside * direction)[None])[0] < 0:
-        raise FiducialError(f"the skin is further than {REACH_MM:g} mm from {start}; reduce the body's size")
-    while outside - inside > 1e-6:
+    """Where rays (n, 3) from starts (n, 3) inside the body leave it, by bisection to 1e-6 mm."""
+    inside, outside = np.zeros((len(start), 1)), np.full((len(start), 1), REACH_MM)
+    if (anatomy.outer_field(start + outside * direction) < 0).any():
+        raise FiducialError(
+            f"the skin is further than {REACH_MM:g} mm from the chest; reduce the body's size"
+        )
+    while (outside - inside).max() > 1e-6:
         middle = (inside + outside) / 2
-        if anatomy.outer_field((start + middle * direction)[None])[0] < 0:
-            inside = middle
-        else:
-            outside = middle
+        within = anatomy.outer_field(start + middle * direction)[:, None] < 0
+        inside, outside = np.where(within, middle, inside), np.where(within, outside, middle)
     return start + inside * direction
