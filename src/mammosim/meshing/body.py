@@ -19,6 +19,7 @@ from mammosim.meshing.tetrahedra import mesh_surface
 # ASSUME: tissue within 20 mm of the rib cage is chest wall, meshed with the larger elements; the size
 # ASSUME: changes over the next 20 mm to that of the breast.
 CHEST_MM, CHANGE_MM = 20.0, 20.0
+PER_THICKNESS = 1.2  # largest edge length over the thickness of a layer
 # Voxels finer than this fraction of the smallest element are thinned out before the surface is built.
 VOXELS_PER_ELEMENT = 6
 
@@ -70,7 +71,7 @@ def crop_body(
 
 
 def tissue_of_cells(mesh: TetMesh, labels: LabelMap) -> np.ndarray:
-    """The label (n_cell,) uint8 of most deformable voxels in each cell, or of the nearest where there is none.
+    """The label (n_cell,) uint8 of most deformable voxels in each cell, or of the nearest if there is none.
 
     Of labels with equal numbers of voxels the lowest counts.
     """
@@ -106,14 +107,19 @@ def _thinned(labels: LabelMap, step_mm: float) -> LabelMap:
 
 
 def _size_by_depth(labels: LabelMap, size: ElementSize) -> Size:
-    """Edge length by the distance from the thorax; without a thorax all is breast."""
+    """Edge length by the distance from the thorax, but nowhere much larger than the tissue is thick there."""
+    step = labels.grid.spacing[::-1]
+    wanted = np.full(labels.grid.shape, size.breast_mm, dtype=np.float32)
     thorax = labels.values == Label.THORAX
-    if not thorax.any():
-        return lambda points: np.full(len(points), size.breast_mm)
-    depth = ndimage.distance_transform_edt(~thorax, sampling=labels.grid.spacing[::-1]).astype(np.float32)
-
-    def at(points: np.ndarray) -> np.ndarray:
-        d = ndimage.map_coordinates(depth, labels.grid.indices(points).T, order=1, mode="nearest")
-        return np.interp(d, [CHEST_MM, CHEST_MM + CHANGE_MM], [size.chest_mm, size.breast_mm])
-
-    return at
+    if thorax.any():
+        depth = ndimage.distance_transform_edt(~thorax, sampling=step)
+        wanted[:] = np.interp(depth, [CHEST_MM, CHEST_MM + CHANGE_MM], [size.chest_mm, size.breast_mm])
+    within = ndimage.distance_transform_edt(np.isin(labels.values, DEFORMABLE), sampling=step)
+    # Half the thickness is the largest distance from the outside in a neighbourhood as wide as an element.
+    width = 2 * np.ceil(max(size.breast_mm, size.chest_mm) / 2 / step).astype(int) + 1
+    thickness = 2 * ndimage.maximum_filter(within, size=tuple(width))
+    least = min(size.breast_mm, size.chest_mm) / 2
+    field = np.clip(PER_THICKNESS * thickness, least, wanted).astype(np.float32)
+    return lambda points: ndimage.map_coordinates(
+        field, labels.grid.indices(points).T, order=1, mode="nearest"
+    ).astype(float)

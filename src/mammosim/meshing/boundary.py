@@ -3,12 +3,10 @@
 import numpy as np
 from scipy import ndimage
 
-from mammosim.core.labels import DEFORMABLE, Label
+from mammosim.core.labels import DEFORMABLE
 from mammosim.core.mesh import FACES, TetMesh
 from mammosim.core.volume import LabelMap
-
-# What the skin meets; markers are stuck on from outside.
-OPEN = (Label.AIR, Label.MARKER)
+from mammosim.meshing.surface import OPEN
 
 
 def boundary_faces(cells: np.ndarray) -> np.ndarray:

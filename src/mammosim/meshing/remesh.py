@@ -2,13 +2,13 @@
 
 Isotropic remeshing (Botsch and Kobbelt 2004): edges shorter than 4/5 of the asked size are collapsed, longer
 than 4/3 split, edges flipped where that makes the worse of two triangles better, vertices moved tangentially
-and back onto the given surface. Every step keeps the surface closed and without folds, so that this works
-for any shape that marching cubes give.
+and back onto the given surface, at last to where they fit it best. The surface stays closed at every step.
 """
 
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from mammosim.meshing.edges import resized
 from mammosim.meshing.nearest import NearestOnTriangles
@@ -17,44 +17,70 @@ from mammosim.meshing.surface import Surface
 Size = Callable[[np.ndarray], np.ndarray]
 """Edge length (n,) mm wanted at points (n, 3)."""
 
-SWEEPS = 12
+GROWTH = 1.6  # of the edges from one sweep to the next; more at once folds the surface at its rims
+SWEEPS, FITTED_SWEEPS = 4, 5  # at full size
+KEPT = 0.1  # weight of a vertex's own place, relative to the planes it is fitted to
+# A given triangle belongs to the nearest of some vertices whose normal has at least this cosine with its own.
+NEIGHBOURS, SAME_SIDE = 8, 0.3
 
 
 def remeshed(surface: Surface, size: Size) -> Surface:
-    """The surface with edges of about size(points), its volume kept to second order in the edge length."""
+    """The surface with edges of about size(points), smooth parts keeping their volume."""
     nearest = NearestOnTriangles(surface.corners())
     points, triangles = surface.points, surface.triangles
-    for _ in range(SWEEPS):
+    for limit in _growing(surface, size):
+        points, triangles = resized(points, triangles, np.minimum(size(points), limit))
+        points = nearest(_relaxed(points, triangles))[0]
+    for _ in range(FITTED_SWEEPS):
         points, triangles = resized(points, triangles, size(points))
-        points = _relaxed(points, triangles)
-        points = nearest(points)[0]
-    return Surface(_balanced(points, triangles, nearest), triangles)
+        points = _fitted(_relaxed(points, triangles), triangles, surface)
+    return Surface(points, triangles)
+
+
+def _growing(surface: Surface, size: Size) -> list[float]:
+    """Largest edge length of each sweep, from the surface's own to the largest wanted."""
+    corners = surface.corners()
+    length = float(np.median(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)))
+    steps = int(max(np.ceil(np.log(size(surface.points).max() / length) / np.log(GROWTH)), 0))
+    return [length * GROWTH**step for step in range(1, steps)] + [np.inf] * SWEEPS
 
 
 def _relaxed(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Vertices moved in their tangent plane to the area-weighted mean of the triangles around them."""
     area_normal, centre = _area_normals(points, triangles)
-    area = np.linalg.norm(area_normal, axis=1)
-    normal = _sum_at_vertices(area_normal, triangles, len(points))
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    total = _sum_at_vertices(area[:, None], triangles, len(points))
-    step = _sum_at_vertices(area[:, None] * centre, triangles, len(points)) / total - points
+    area = np.linalg.norm(area_normal, axis=1, keepdims=True)
+    at_corners = np.repeat(np.hstack([area, area * centre]), 3, axis=0)
+    total, weighted = np.split(_sums(at_corners, triangles.ravel(), len(points)), [1], axis=1)
+    normal = _vertex_normals(points, triangles)
+    step = weighted / total - points
     return points + step - np.sum(step * normal, axis=1, keepdims=True) * normal
 
 
-def _balanced(points: np.ndarray, triangles: np.ndarray, nearest: NearestOnTriangles) -> np.ndarray:
-    """Vertices moved along their normal so that the flat triangles lie on average on the given surface.
+def _fitted(points: np.ndarray, triangles: np.ndarray, given: Surface) -> np.ndarray:
+    """Vertices x where the planes of the given surface around them fit best (Valette et al. 2008).
 
-    Over a triangle with its corners on the surface, the mean height d of the surface above it is 3/4 of the
-    height above its centre (exact for a quadratic surface); a vertex is raised by the mean d around it.
+    x minimises sum a (n . (x - c))^2 over the given triangles that are nearest to it, a their area, n their
+    normal, c their centre; where these say nothing, it stays. So it lies on creases and corners, and outside
+    convex surfaces, so that the flat triangles between lie inside as much as outside.
     """
-    area_normal, centre = _area_normals(points, triangles)
-    area = np.linalg.norm(area_normal, axis=1)
-    d = 3 / 4 * np.sum((nearest(centre)[0] - centre) * area_normal, axis=1) / area
-    normal = _sum_at_vertices(area_normal, triangles, len(points))
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    total = _sum_at_vertices(area[:, None], triangles, len(points))
-    return points + _sum_at_vertices((area * d)[:, None], triangles, len(points)) / total * normal
+    area_normal, c = _area_normals(given.points, given.triangles)
+    a = np.linalg.norm(area_normal, axis=1)
+    n = area_normal / a[:, None]
+    _, near = cKDTree(points).query(c, k=NEIGHBOURS)
+    same_side = np.einsum("md,mkd->mk", n, _vertex_normals(points, triangles)[near]) > SAME_SIDE
+    v = near[np.arange(len(near)), same_side.argmax(axis=1)]
+    a_n_n = (a[:, None, None] * n[:, :, None] * n[:, None]).reshape(-1, 9)
+    A = _sums(a_n_n, v, len(points)).reshape(-1, 3, 3)
+    b = _sums((a * np.sum(n * (c - points[v]), axis=1))[:, None] * n, v, len(points))
+    A += (KEPT * np.trace(A, axis1=1, axis2=2) + np.finfo(float).tiny)[:, None, None] * np.eye(3)
+    return points + np.linalg.solve(A, b[..., None])[..., 0]
+
+
+def _vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3): means over the triangles around each vertex, weighted by area."""
+    area_normal, _ = _area_normals(points, triangles)
+    normal = _sums(np.repeat(area_normal, 3, axis=0), triangles.ravel(), len(points))
+    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def _area_normals(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,9 +89,6 @@ def _area_normals(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray
     return np.cross(b - a, c - a) / 2, (a + b + c) / 3
 
 
-def _sum_at_vertices(values: np.ndarray, triangles: np.ndarray, n: int) -> np.ndarray:
-    """Sum (n, k) over the triangles around each vertex of values (m, k)."""
-    columns = [
-        np.bincount(triangles.ravel(), weights=np.repeat(column, 3), minlength=n) for column in values.T
-    ]
-    return np.stack(columns, axis=1)
+def _sums(values: np.ndarray, vertex: np.ndarray, n: int) -> np.ndarray:
+    """Sums (n, k) at each vertex of values (m, k) that belong to vertices (m,)."""
+    return np.stack([np.bincount(vertex, weights=column, minlength=n) for column in values.T], axis=1)

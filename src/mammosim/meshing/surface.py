@@ -10,6 +10,9 @@ from mammosim.core.errors import MeshError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.volume import Grid, LabelMap
 
+# What the skin meets; markers are stuck on from outside.
+OPEN = (Label.AIR, Label.MARKER)
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -75,26 +78,44 @@ def _one_solid(field: np.ndarray) -> np.ndarray:
     return np.where(solid, -np.abs(field), np.abs(field))
 
 
-def surface_of_labels(
-    labels: LabelMap, *, inside: tuple[Label, ...] = DEFORMABLE, smoothing_mm: float | None = None
-) -> Surface:
-    """Smooth closed surface around the voxels of some labels.
+def surface_of_labels(labels: LabelMap, *, smoothing_mm: float | None = None) -> Surface:
+    """Smooth closed surface around the DEFORMABLE voxels.
 
-    The signed distance to the voxels' faces, smoothed by a Gaussian of standard deviation `smoothing_mm`
-    (by default the largest voxel spacing), is zero on it. Smoothing moves a surface of mean curvature 1/R
+    Two surfaces bound them: one against the air, which goes on around what holds the tissue (the thorax), and
+    one against what holds it, which goes on into the air. The signed distance from each is smoothed by a
+    Gaussian of standard deviation `smoothing_mm`, by default the largest voxel spacing; where the larger of
+    the two is zero lies the result, so that its rim is sharp. Smoothing moves a surface of mean curvature 1/R
     inwards by smoothing_mm^2 / R: 0.07 mm for 2 mm voxels and R = 60 mm.
+    Raises MeshError when no voxel is deformable.
     """
+    deformable, opened = np.isin(labels.values, DEFORMABLE), np.isin(labels.values, OPEN)
+    if not deformable.any():
+        raise MeshError(f"no voxel has a label of: {', '.join(label.tissue for label in DEFORMABLE)}")
     spacing = labels.grid.spacing[::-1]
-    mask = np.isin(labels.values, inside)
-    if not mask.any():
-        raise MeshError(f"no voxel has a label of: {', '.join(label.tissue for label in inside)}")
     sigma = float(spacing.max()) if smoothing_mm is None else smoothing_mm
-    distance = _signed_distance(mask, spacing)
-    return surface_of_field(ndimage.gaussian_filter(distance, sigma / spacing, mode="nearest"), labels.grid)
+    bounds = [
+        ndimage.gaussian_filter(_signed_distance(~outside, spacing), sigma / spacing, mode="nearest")
+        for outside in (opened, _continued(~(opened | deformable), opened, spacing))
+        if outside.any()
+    ]
+    everywhere = np.full(labels.grid.shape, -float(spacing.min()) / 2, dtype=np.float32)
+    return surface_of_field(np.max(bounds, axis=0) if bounds else everywhere, labels.grid)
+
+
+def _continued(mask: np.ndarray, unknown: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """The mask (nz, ny, nx) with each unknown voxel taking the value of the nearest known one."""
+    if not mask.any() or not unknown.any():
+        return mask
+    nearest = ndimage.distance_transform_edt(
+        unknown, sampling=spacing, return_distances=False, return_indices=True
+    )
+    return mask[tuple(nearest)]
 
 
 def _signed_distance(mask: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """Distance (nz, ny, nx) in mm to the faces between mask and background, negative inside the mask."""
     half = float(spacing.mean()) / 2
-    inward, outward = (ndimage.distance_transform_edt(m, sampling=spacing) for m in (mask, ~mask))
+    inward, outward = (
+        ndimage.distance_transform_edt(m, sampling=spacing).astype(np.float32) for m in (mask, ~mask)
+    )
     return np.where(mask, half - inward, outward - half)
