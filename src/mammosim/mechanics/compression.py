@@ -114,8 +114,14 @@ class _Stage:
     state: Equilibrium | None = None
 
     def contacts(self) -> tuple[ContactState, ContactState]:
+        """What paddle and support do to the skin."""
         paddle, support = self.plates
         return paddle.state(self.x), support.state(self.x)
+
+    @property
+    def penetration(self) -> float:
+        """How deep the skin is in a plate at most, mm."""
+        return max(contact.penetration for contact in self.contacts())
 
 
 def compress(
@@ -142,24 +148,100 @@ def compress(
         raise MechanicsError(
             f"thickness_mm = {thickness_mm:g} is outside (0, {stage.thickness:.1f}), where the plates touch first"
         )
-    rows = []
-    step = (stage.thickness - thickness_mm) / settings.steps
-    before = stage
     with System.of(Potential(effects + stage.plates), held) as system:
-        while stage.thickness > thickness_mm:
-            target = max(thickness_mm, stage.thickness - step)
+        press = _Press(system, mesh.points, effects, plates, settings)
+        stages = press.path(stage, thickness_mm)
+    last = stages[-1]
+    path = pd.DataFrame([_row(stage, plates.axes[:, 2]) for stage in stages])
+    return Compression(last.x, path, last.state, last.plates, last.contacts())
+
+
+def _at_first_contact(
+    mesh: TetMesh, effects: tuple[Effect, ...], plates: Plates, settings: PressSettings
+) -> _Stage:
+    """The unloaded body between plates that touch it."""
+    faces = mesh.boundaries["skin"]
+    areas = face_quadrature(mesh.points, faces).areas
+    thickness = plates.first_contact(mesh.points[np.unique(faces)])
+    penalty = settings.penalty_kpa_per_mm or _penalty(effects)
+    paddle, support = (RigidPlate(faces, areas, box, penalty) for box in plates.at(thickness))
+    return _Stage(thickness, mesh.points, (paddle, support))
+
+
+def _penalty(effects: tuple[Effect, ...]) -> float:
+    """30 times the median shear modulus of the cells, per mm."""
+    mu = np.concatenate([effect.mu for effect in effects if isinstance(effect, NeoHookean)])
+    return 30.0 * float(np.median(mu))
+
+
+@dataclass(frozen=True)
+class _Press:
+    """What stays the same while a body is pressed."""
+
+    system: System
+    reference: np.ndarray
+    effects: tuple[Effect, ...]
+    plates: Plates
+    settings: PressSettings
+
+    def path(self, first: _Stage, thickness: float) -> list[_Stage]:
+        """The stages from first contact, excluded, to a thickness."""
+        stages = [first]
+        step = (first.thickness - thickness) / self.settings.steps
+        while stages[-1].thickness > thickness:
+            target = max(thickness, stages[-1].thickness - step)
             try:
-                reached = _pressed(system, mesh.points, effects, (before, stage), plates.at(target), target, settings)
+                stages.append(self.pressed(stages, target))
             except EquilibriumError as error:
                 step /= 2
                 log.info("compression to %.2f mm failed, halving the step: %s", target, error)
-                if step < settings.smallest_step_mm:
+                if step < self.settings.smallest_step_mm:
                     raise EquilibriumError(
-                        f"compression stopped at {stage.thickness:.2f} mm of {thickness_mm:g} mm: {error}",
+                        f"compression to {thickness:g} mm stopped at {stages[-1].thickness:.2f} mm: {error}",
                         history=error.history,
                     ) from error
-                continue
-            before, stage = stage, reached
-            rows.append(_row(stage))
-    assert stage.state is not None
-    return Compression(stage.x, pd.DataFrame(rows), stage.state, stage.plates, stage.contacts())
+        return stages[1:]
+
+    def pressed(self, stages: list[_Stage], thickness: float) -> _Stage:
+        """The next stage, with a penalty that keeps the penetration small."""
+        penalty = stages[-1].plates[0].penalty
+        start = self.predicted(stages, thickness)
+        while True:
+            boxes = self.plates.at(thickness)
+            paddle, support = (
+                replace(plate, box=box, penalty=penalty) for plate, box in zip(stages[-1].plates, boxes)
+            )
+            system = replace(self.system, potential=Potential((*self.effects, paddle, support)))
+            state = solve(system, self.reference, start=start, settings=self.settings.solver)
+            stage = _Stage(thickness, state.points, (paddle, support), state)
+            if stage.penetration <= self.settings.penetration_mm:
+                return stage
+            penalty, start = 4 * penalty, state.points
+
+    def predicted(self, stages: list[_Stage], thickness: float) -> np.ndarray:
+        """The last shape moved on as in the last step, where that keeps J > 0."""
+        last = stages[-1]
+        if len(stages) < 2:
+            return last.x
+        before = stages[-2]
+        ratio = (thickness - last.thickness) / (last.thickness - before.thickness)
+        x = last.x + ratio * (last.x - before.x)
+        return x if Potential(self.effects).smallest_J(x) > 0 else last.x
+
+
+def _row(stage: _Stage, axis: np.ndarray) -> dict[str, float]:
+    """A row of Compression.path; axis (3,) points from the support to the paddle."""
+    paddle, support = stage.contacts()
+    force = float(paddle.force @ axis)
+    return {
+        "thickness_mm": stage.thickness,
+        "force_n": force / MN_PER_N,
+        "support_force_n": -float(support.force @ axis) / MN_PER_N,
+        "contact_area_mm2": paddle.area,
+        "mean_pressure_kpa": force / paddle.area if paddle.area > 0 else 0.0,
+        "peak_pressure_kpa": float(paddle.pressure.mean(axis=1).max()),
+        "penetration_mm": stage.penetration,
+        "energy_uj": stage.state.energy,
+        "smallest_J": stage.state.smallest_J,
+        "iterations": len(stage.state.history) - 1,
+    }

@@ -136,9 +136,7 @@ _ADVICE = (
 )
 
 
-def _verified(
-    system: System, x: np.ndarray, settings: Settings, history: list[Iteration]
-) -> Equilibrium:
+def _verified(system: System, x: np.ndarray, settings: Settings, history: list[Iteration]) -> Equilibrium:
     """The result, or EquilibriumError when residual, J or stability does not hold at x."""
     residual = system.relative_residual(x)
     smallest_J = system.potential.smallest_J(x)
