@@ -55,7 +55,7 @@ def tube_spectrum(
     )  # fmt: skip
     model.filter("Be", tube.window_mm_be).filter(filter, filter_mm)
     energies, per_cm2 = model.get_spectrum(diff=False)
-    # ASSUME: photons below 4 keV never leave the tube (window and filter pass less than 1e-8 of them).
+    # ASSUME: no photon below 4 keV leaves the tube (at most 1e-7 of them would, through the usual filters).
     kept = (energies >= LOWEST_ENERGY_KEV) & (per_cm2 > 0)
     name = f"{anode}/{filter} {filter_mm:g} mm {kvp:g} kVp"
     return Spectrum(np.array(energies[kept]), np.array(per_cm2[kept]) / MM_PER_CM**2, distance_mm, name)
