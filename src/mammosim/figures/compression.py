@@ -98,12 +98,12 @@ def _add_bar(ax: Axes, scale: Normalize, colours: str, label: str) -> None:
 def force_thickness(paths: Mapping[str, pd.DataFrame]) -> Figure:
     """Force, contact area and mean pressure while the plates close.
 
-    paths: name -> columns thickness_mm, force_n, area_mm2, pressure_kpa.
+    paths: name -> rows of mechanics.compression.Compression.path.
     """
     figure = new_figure(2.7)
     axes = figure.subplots(1, 3)
-    quantities = (("force_n", 1.0, "force (N)"), ("area_mm2", 1e-2, "contact area (cm²)"),
-                  ("pressure_kpa", 1.0, "mean pressure (kPa)"))  # fmt: skip
+    quantities = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
+                  ("mean_pressure_kpa", 1.0, "mean pressure (kPa)"))  # fmt: skip
     for ax, (column, factor, label) in zip(axes, quantities):
         for number, (name, path) in enumerate(paths.items()):
             ax.plot(path.thickness_mm, factor * path[column], "o-", ms=3.5, color=SERIES[number], label=name)

@@ -113,19 +113,18 @@ def stress_free(shapes: Mapping[str, TetMesh], *, x_mm: float, z_mm: float) -> F
 def convergence(histories: Mapping[str, pd.DataFrame], *, tolerance_mm: float | None = None) -> Figure:
     """Residual of each iteration towards the stress-free shape, for each series.
 
-    histories: name -> columns iteration, largest_mm and, if there, mean_mm.
+    histories: name -> rows of mechanics.unloaded.UnloadingStep: iteration, mean_mm, max_mm.
     """
     figure = new_figure(3.0, width=5.4)
     ax = figure.subplots()
     for number, (name, history) in enumerate(histories.items()):
         style = {"color": SERIES[number % len(SERIES)], "marker": MARKERS[number % len(MARKERS)]}
-        ax.semilogy(history.iteration, history.largest_mm, label=f"{name}, largest", **style)
-        if "mean_mm" in history:
-            ax.semilogy(
-                history.iteration, history.mean_mm, ls=":", fillstyle="none", label=f"{name}, mean", **style
-            )
+        ax.semilogy(history.iteration, history.max_mm, label=f"{name}, largest", **style)
+        ax.semilogy(
+            history.iteration, history.mean_mm, ls=":", fillstyle="none", label=f"{name}, mean", **style
+        )
     if tolerance_mm is not None:
-        ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="asked")
+        ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="asked of the mean")
     ax.set(xlabel="iteration", ylabel="distance of the skin after loading\nagain from the measured skin (mm)")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.legend()

@@ -34,7 +34,7 @@ def mammogram(
     image: np.ndarray,
     *,
     pixel_mm: float,
-    unobstructed: float,
+    unobstructed: float | None = None,
     lesion: np.ndarray | None = None,
     row: dict[str, float] | None = None,
     side: str = "left",
@@ -42,8 +42,10 @@ def mammogram(
     """A mammogram as it is read: dense is bright, the chest wall at the side of the breast, nipple outwards.
 
     image: (nv, nu), signal per pixel, rows from the chest wall to the nipple, columns towards the patient's
-    right; unobstructed: signal where nothing is in the way; lesion: (nv, nu) bool; row: of study.mammogram.
+    right; unobstructed: signal where nothing is in the way, by default the brightest per cent of the image;
+    lesion: (nv, nu) bool; row: of study.mammogram.
     """
+    unobstructed = unobstructed or float(np.percentile(image, 99))
     shown = np.log(unobstructed / np.maximum(image, unobstructed * 1e-6))
     breast = shown > 0.25
     rows, columns = np.nonzero(breast)
@@ -82,7 +84,7 @@ def _draw_facts(ax: Axes, row: dict[str, float]) -> None:
     ax.set_axis_off()
     facts = (
         ("exposure", "{mas:.0f} mAs"),
-        ("glandular dose", "{agd_mgy:.2f} ± {agd_se_mgy:.2f} mGy"),
+        ("glandular dose", "{dose_mgy:.2f} ± {dose_se_mgy:.2f} mGy"),
         ("thickness", "{breast_thickness_mm:.0f} mm"),
         ("scatter / primary", "{scatter_to_primary:.2f}"),
         ("lesion contrast", "{contrast_percent:.1f} %"),
@@ -104,18 +106,19 @@ def _fields(text: str) -> list[str]:
 def dose(table: pd.DataFrame) -> Figure:
     """Mean glandular dose, and scatter to primary at the lesion, of each breast, with two standard errors.
 
-    table: columns name, agd_mgy, agd_se_mgy, and scatter_to_primary, mas.
+    table: columns volunteer, side, dose_mgy, dose_se_mgy, scatter_to_primary, mas.
     """
     figure = new_figure(2.7)
     axes = figure.subplots(1, 3)
     panels = (
-        ("agd_mgy", "mean glandular dose (mGy)", BLUE),
+        ("dose_mgy", "mean glandular dose (mGy)", BLUE),
         ("scatter_to_primary", "scatter / primary at the lesion (-)", VERMILION),
         ("mas", "exposure (mAs)", GREEN),
     )
+    names = table.volunteer + ", " + table.side
     for ax, (column, label, colour) in zip(axes, panels):
-        error = 2 * table[f"{column.removesuffix('_mgy')}_se_mgy"] if column == "agd_mgy" else None
-        bars = ax.bar(table["name"], table[column], yerr=error, color=colour, width=0.55, capsize=4)
+        error = 2 * table.dose_se_mgy if column == "dose_mgy" else None
+        bars = ax.bar(names, table[column], yerr=error, color=colour, width=0.55, capsize=4)
         ax.bar_label(bars, fmt="%.3g", padding=3, fontsize=8)
         ax.margins(y=0.16)
         ax.set_ylabel(label)

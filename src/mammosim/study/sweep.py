@@ -55,7 +55,6 @@ def repose(
 
     gravity, new_gravity: unit vectors (3,) in the mesh's frame. A refused equilibrium is an outcome.
     """
-    # ASSUME: reverse gravity takes the measured shape for a stress-free one and turns its weight around.
     refused = np.full_like(measured.points, np.nan)
     doing, iterations, seconds = "unloading", 0, 0.0
     try:

@@ -13,7 +13,16 @@ from matplotlib.figure import Figure
 
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
-from mammosim.figures import compression, cost, deformation, radiograph, surfaces, volunteers
+from mammosim.figures import (
+    compression,
+    cost,
+    deformation,
+    literature,
+    radiograph,
+    surfaces,
+    volunteers,
+)
+from mammosim.io.tabulated import tabulated
 
 GRAVITY = {"prone": np.array([0, -1.0, 0]), "supine": np.array([0, 1.0, 0])}
 
@@ -79,7 +88,8 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         {"measured": t.mesh, "fixed point": t.flat}, x_mm=75.0, z_mm=0.0
     ),
     "convergence": lambda t: deformation.convergence(
-        {"small": pd.DataFrame({"iteration": [0, 1, 2], "largest_mm": [9.0, 2.0, 0.4]})}, tolerance_mm=0.1
+        {"small": pd.DataFrame({"iteration": [0, 1, 2], "max_mm": [9.0, 2.0, 0.4], "mean_mm": [3, 1, 0.2]})},
+        tolerance_mm=0.1,
     ),
     "compressed breast": lambda t: compression.compressed_breast(
         t.mesh, t.flat, (compression.Plate(np.array([75.0, -90, 40]), np.eye(3), np.array([80.0, 50, 4])),),
@@ -87,15 +97,18 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         pressure=np.linspace(0, 5, len(t.mesh.boundaries["skin"])), cut_x_mm=75.0,
     ),
     "force": lambda t: compression.force_thickness(
-        {"small": pd.DataFrame({"thickness_mm": [70.0, 50], "force_n": [0.0, 20], "area_mm2": [0.0, 5e3],
-                                "pressure_kpa": [0.0, 4]})}
+        {"small": pd.DataFrame({"thickness_mm": [70.0, 50], "force_n": [0.0, 20],
+                                "contact_area_mm2": [0.0, 5e3], "mean_pressure_kpa": [0.0, 4]})}
     ),
     "phantom": lambda t: radiograph.phantom_slices(t.labels),
     "mammogram": lambda t: radiograph.mammogram(**shot(), row={"mas": 80.0, "cnr": 3.0, "cnr_se": 0.1}),
     "mammogram right": lambda t: radiograph.mammogram(**shot(), side="right"),
     "dose": lambda t: radiograph.dose(
-        pd.DataFrame({"name": ["small"], "agd_mgy": [1.3], "agd_se_mgy": [0.01], "scatter_to_primary": [0.5],
-                      "mas": [80.0]})
+        pd.DataFrame({"volunteer": ["small"], "side": ["left"], "dose_mgy": [1.3], "dose_se_mgy": [0.01],
+                      "scatter_to_primary": [0.5], "mas": [80.0]})
+    ),
+    "literature": lambda t: literature.moduli(
+        tabulated("published_biomechanics"), {"sweep": (0.5, 20.0), "skin": (10.0, 10.0)}
     ),
     "cost": lambda t: cost.time_and_memory(
         pd.DataFrame({"rule": ["sweep", "sweep", "segment"], "s": [9.0, 8, 30], "max_rss": [900.0, 800, 700]})
