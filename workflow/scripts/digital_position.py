@@ -2,8 +2,7 @@
 
 import _log
 
-from mammosim.core.labels import Label
-from mammosim.core.tissues import Tissue
+from mammosim.core.tissues import tissues_by_label
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.body import Loaded
 from mammosim.digital.loading import load_truth
@@ -20,7 +19,7 @@ def main(files: dict[str, str], position: str, woman: dict, tissues: dict, movin
         anatomy,
         mesh,
         gravity_in_body(position, moved),
-        tissues={Label[name.upper()]: Tissue(**values) for name, values in tissues["tissues"].items()},
+        tissues=tissues_by_label(tissues["tissues"]),
         skin_youngs_modulus_kpa=tissues["skin"]["youngs_modulus_kpa"],
         skin_poisson_ratio=tissues["skin"]["poisson_ratio"],
     )

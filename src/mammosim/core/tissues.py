@@ -53,3 +53,8 @@ def tissue_of(label: int, tissues: Mapping[Label, Tissue]) -> Tissue:
         raise MechanicsError(
             f"tissue {Label(label).tissue!r} is in the mesh but has no parameters; the table has: {known}"
         ) from None
+
+
+def tissues_by_label(table: Mapping[str, Mapping[str, float]]) -> dict[Label, Tissue]:
+    """Tissues of a table {'adipose': {youngs_modulus_kpa, poisson_ratio, density_g_cm3}, ...}."""
+    return {Label[name.upper()]: Tissue(**values) for name, values in table.items()}
