@@ -20,7 +20,7 @@ def features(image: Image, *, neighbourhood_mm: float) -> np.ndarray:
     The neighbourhood is a box of half width neighbourhood_mm; right to superior are its six middles.
     """
     body = body_mask(image)
-    even = correct_bias(image, body)
+    even = correct_bias(image)
     I = even.values / bright_level(even)
     r = np.maximum(np.round(neighbourhood_mm / image.grid.spacing[::-1]), 1).astype(int)
     return np.stack([*_neighbourhood(I, r), *_place(body, image.grid)], axis=-1).astype(np.float32)

@@ -17,7 +17,7 @@ def body_mask(image: Image) -> np.ndarray:
 
     Lungs that reach the posterior border count as enclosed. Raises ImageError when no body is in the image.
     """
-    # ASSUME: the body begins at 12 % of the brightness of fat, or at Otsu's threshold of the smoothed logarithm.
+    # ASSUME: the body begins at 12 % of the brightness of fat, or at Otsu's threshold of the logarithm.
     if np.ptp(image.values) == 0:
         raise ImageError(f"all voxels have the value {image.values.flat[0]:g}; give an image of a body")
     smooth = np.log1p(np.maximum(ndimage.gaussian_filter(image.values, 0.7), 0))

@@ -114,8 +114,9 @@ def _margins(body: np.ndarray, spacing: np.ndarray) -> dict[str, float]:
 
 def _protrusion(body: np.ndarray, dy: float) -> dict[str, float]:
     """Rows between the body's front at the midline and its foremost point on either side, times dy."""
-    rows = np.where(body.any(axis=(0, 1)), body.any(axis=0).argmax(axis=0), body.shape[1])
-    columns = np.flatnonzero(body.any(axis=(0, 1)))
-    middle = int(columns.mean())
+    # ASSUME: the front is what a tenth of the slices reach: nipples and markers do not count.
+    front = body.mean(axis=0) >= 0.1
+    rows = np.where(front.any(axis=0), front.argmax(axis=0), front.shape[0])
+    middle = int(np.flatnonzero(front.any(axis=0)).mean())
     ahead = rows[middle] - np.array([rows[:middle].min(), rows[middle + 1 :].min()])
     return {"protrusion_right_mm": float(ahead[0] * dy), "protrusion_left_mm": float(ahead[1] * dy)}

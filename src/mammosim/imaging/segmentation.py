@@ -172,7 +172,7 @@ def _contours(evidence: Evidence, image: Image) -> np.ndarray:
     soft = largest_part(body & ~thorax)
     muscle = _muscle(evidence, soft, thorax)
     breast = soft & ~muscle
-    gland = evidence.contour((Label.GLANDULAR,), (Label.ADIPOSE,), breast)
+    gland = evidence.contour((Label.GLANDULAR,), (Label.ADIPOSE, Label.SKIN), breast)
     # ASSUME: skin is the outermost layer of voxels, however thick, and what looks like it within 3 mm of air.
     outermost = depth <= 1.01 * spacing.max()
     skin = breast & (outermost | ((depth < SKIN_MM) & (evidence.p[Label.SKIN] > 0.5)))
