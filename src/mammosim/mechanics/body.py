@@ -16,7 +16,9 @@ from mammosim.mechanics.reference import face_quadrature
 
 @dataclass(frozen=True)
 class Skin:
-    """Skin as a membrane: E [kPa], nu [-] (only mu = E / (2 (1 + nu)) enters), thickness mm, a number or one per face.
+    """Skin as a membrane: E [kPa] and nu [-], of which mu = E / (2 (1 + nu)) enters, and its thickness.
+
+    thickness_mm: a number, or one per face of the boundary `skin` (n_face,).
 
     Raises MechanicsError when a parameter is out of range.
     """
@@ -30,7 +32,8 @@ class Skin:
         thickness = np.asarray(self.thickness_mm)
         if thickness.min() <= 0 or thickness.max() > 10:
             raise MechanicsError(
-                f"thickness_mm from {thickness.min():g} to {thickness.max():g} is outside (0, 10]; skin has 0.5 to 3 mm"
+                f"thickness_mm from {thickness.min():g} to {thickness.max():g} is outside (0, 10]; "
+                "skin has 0.5 to 3 mm"
             )
 
     def membrane(self, mesh: TetMesh) -> SkinMembrane:

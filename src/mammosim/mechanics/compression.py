@@ -11,7 +11,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MN_PER_N
 from mammosim.mechanics.effects import ContactState, Effect, NeoHookean, RigidPlate, RoundedBox
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, held_nodes, solve
-from mammosim.mechanics.newton import System
+from mammosim.mechanics.newton import NewtonSettings, System
 from mammosim.mechanics.potential import Potential
 from mammosim.mechanics.reference import face_quadrature
 from mammosim.mechanics.soundness import require_well_posed
@@ -43,9 +43,10 @@ class Plates:
         plate_thickness_mm: float = 20.0,
         edge_radius_mm: float = 8.0,
     ) -> "Plates":
-        """Plates across `direction` (3,) that cover points (n, 3), beyond them by a margin except behind them.
+        """Plates across `direction` (3,) that cover points (n, 3) and a margin around, but none behind them.
 
-        outward (3,): from the chest wall to the nipple; behind the points, the plates end where the points do.
+        outward (3,): from the chest wall to the nipple; behind the points, the plates end where the points
+        do.
         """
         a = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
         b = np.asarray(outward, dtype=float) - np.dot(outward, a) * a
@@ -86,15 +87,16 @@ class PressSettings:
     smallest_step_mm: float = 0.05
     penetration_mm: float = 0.2
     penalty_kpa_per_mm: float | None = None
-    solver: Settings | None = None
+    solver: Settings = Settings(newton=NewtonSettings(trusted=0))
 
 
 @dataclass(frozen=True)
 class Compression:
     """points (n_node, 3) mm; plates: paddle and support at the end, contacts: their state.
 
-    path: one row per step: thickness_mm, force_n (paddle), support_force_n, contact_area_mm2 (paddle), mean_pressure_kpa,
-    peak_pressure_kpa (largest mean pressure of a face), penetration_mm, energy_uj, smallest_J, iterations.
+    path: one row per step: thickness_mm, force_n (paddle), support_force_n, contact_area_mm2 (paddle),
+    mean_pressure_kpa, peak_pressure_kpa (largest mean pressure of a face), penetration_mm, energy_uj,
+    smallest_J, iterations.
     """
 
     points: np.ndarray
@@ -109,9 +111,13 @@ class _Stage:
     """A body pressed to a thickness."""
 
     thickness: float
-    x: np.ndarray
     plates: tuple[RigidPlate, RigidPlate]
-    state: Equilibrium | None = None
+    state: Equilibrium
+
+    @property
+    def x(self) -> np.ndarray:
+        """The pressed shape (n_node, 3), mm."""
+        return self.state.points
 
     def contacts(self) -> tuple[ContactState, ContactState]:
         """What paddle and support do to the skin."""
@@ -133,39 +139,31 @@ def compress(
     held: np.ndarray | None = None,
     settings: PressSettings | None = None,
 ) -> Compression:
-    """Press a body, whose mesh.points are stress-free, without friction to a distance thickness_mm between the plates.
+    """Press a body, whose mesh.points are stress-free, without friction to thickness_mm between the plates.
 
-    The plates start at first contact and approach symmetrically; a step that fails is halved. effects may hold more than
-    tissue and skin, such as weight. held (n_node, 3) bool, default all components of the nodes of `posterior`.
-    Raises MechanicsError when the asked thickness is not below that of first contact, EquilibriumError when no verified
-    equilibrium was reached; its message names the thickness that was.
+    The plates start at first contact and approach symmetrically; a step that fails is halved. effects may
+    hold more than tissue and skin, such as weight. held (n_node, 3) bool, default all components of the nodes
+    of `posterior`. Raises MechanicsError when the asked thickness is not below that of first contact,
+    EquilibriumError when no verified equilibrium was reached; its message names the thickness that was.
     """
     settings = settings or PressSettings()
     held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
     held = require_well_posed(mesh, held)
-    stage = _at_first_contact(mesh, effects, plates, settings)
-    if not 0 < thickness_mm < stage.thickness:
+    faces = mesh.boundaries["skin"]
+    contact = plates.first_contact(mesh.points[np.unique(faces)])
+    if not 0 < thickness_mm < contact:
         raise MechanicsError(
-            f"thickness_mm = {thickness_mm:g} is outside (0, {stage.thickness:.1f}), where the plates touch first"
+            f"thickness_mm = {thickness_mm:g} is outside (0, {contact:.1f}), where the plates touch first"
         )
-    with System.of(Potential(effects + stage.plates), held) as system:
+    areas = face_quadrature(mesh.points, faces).areas
+    penalty = settings.penalty_kpa_per_mm or _penalty(effects)
+    paddle, support = (RigidPlate(faces, areas, box, penalty) for box in plates.at(contact))
+    with System.of(Potential((*effects, paddle, support)), held) as system:
         press = _Press(system, mesh.points, effects, plates, settings)
-        stages = press.path(stage, thickness_mm)
+        stages = press.path(press.pressed(mesh.points, (paddle, support), contact), thickness_mm)
     last = stages[-1]
     path = pd.DataFrame([_row(stage, plates.axes[:, 2]) for stage in stages])
     return Compression(last.x, path, last.state, last.plates, last.contacts())
-
-
-def _at_first_contact(
-    mesh: TetMesh, effects: tuple[Effect, ...], plates: Plates, settings: PressSettings
-) -> _Stage:
-    """The unloaded body between plates that touch it."""
-    faces = mesh.boundaries["skin"]
-    areas = face_quadrature(mesh.points, faces).areas
-    thickness = plates.first_contact(mesh.points[np.unique(faces)])
-    penalty = settings.penalty_kpa_per_mm or _penalty(effects)
-    paddle, support = (RigidPlate(faces, areas, box, penalty) for box in plates.at(thickness))
-    return _Stage(thickness, mesh.points, (paddle, support))
 
 
 def _penalty(effects: tuple[Effect, ...]) -> float:
@@ -185,13 +183,13 @@ class _Press:
     settings: PressSettings
 
     def path(self, first: _Stage, thickness: float) -> list[_Stage]:
-        """The stages from first contact, excluded, to a thickness."""
+        """The stages from first contact to a thickness; a step that fails is halved."""
         stages = [first]
         step = (first.thickness - thickness) / self.settings.steps
         while stages[-1].thickness > thickness:
             target = max(thickness, stages[-1].thickness - step)
             try:
-                stages.append(self.pressed(stages, target))
+                stages.append(self.pressed(stages[-1].x, stages[-1].plates, target))
             except EquilibriumError as error:
                 step /= 2
                 log.info("compression to %.2f mm failed, halving the step: %s", target, error)
@@ -200,33 +198,20 @@ class _Press:
                         f"compression to {thickness:g} mm stopped at {stages[-1].thickness:.2f} mm: {error}",
                         history=error.history,
                     ) from error
-        return stages[1:]
+        return stages
 
-    def pressed(self, stages: list[_Stage], thickness: float) -> _Stage:
-        """The next stage, with a penalty that keeps the penetration small."""
-        penalty = stages[-1].plates[0].penalty
-        start = self.predicted(stages, thickness)
+    def pressed(self, x: np.ndarray, plates: tuple[RigidPlate, RigidPlate], thickness: float) -> _Stage:
+        """The stage at a thickness, from the shape x, with a penalty that keeps the penetration small."""
+        penalty = plates[0].penalty
+        boxes = self.plates.at(thickness)
         while True:
-            boxes = self.plates.at(thickness)
-            paddle, support = (
-                replace(plate, box=box, penalty=penalty) for plate, box in zip(stages[-1].plates, boxes)
-            )
+            paddle, support = (replace(plate, box=box, penalty=penalty) for plate, box in zip(plates, boxes))
             system = replace(self.system, potential=Potential((*self.effects, paddle, support)))
-            state = solve(system, self.reference, start=start, settings=self.settings.solver)
-            stage = _Stage(thickness, state.points, (paddle, support), state)
+            state = solve(system, self.reference, start=x, settings=self.settings.solver)
+            stage = _Stage(thickness, (paddle, support), state)
             if stage.penetration <= self.settings.penetration_mm:
                 return stage
-            penalty, start = 4 * penalty, state.points
-
-    def predicted(self, stages: list[_Stage], thickness: float) -> np.ndarray:
-        """The last shape moved on as in the last step, where that keeps J > 0."""
-        last = stages[-1]
-        if len(stages) < 2:
-            return last.x
-        before = stages[-2]
-        ratio = (thickness - last.thickness) / (last.thickness - before.thickness)
-        x = last.x + ratio * (last.x - before.x)
-        return x if Potential(self.effects).smallest_J(x) > 0 else last.x
+            x, penalty = state.points, 4 * penalty
 
 
 def _row(stage: _Stage, axis: np.ndarray) -> dict[str, float]:

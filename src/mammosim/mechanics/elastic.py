@@ -10,12 +10,12 @@ from mammosim.mechanics.effects import NeoHookean
 from mammosim.mechanics.newton import System
 from mammosim.mechanics.potential import Potential
 
-# ASSUME: interior nodes follow the surface as in a homogeneous elastic body with nu = 0.3, whatever the tissues are.
+# ASSUME: in the fixed point, interior nodes follow the skin as in a homogeneous elastic body, nu = 0.3.
 _CARRIER = Tissue(youngs_modulus_kpa=1.0, poisson_ratio=0.3, density_g_cm3=0.0)
 
 
 def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> np.ndarray:
-    """The displacement (n_node, 3) mm of least elastic energy that equals `displacement` at prescribed (n_node,) nodes.
+    """The displacement (n_node, 3) mm of least energy with the given one at `prescribed` (n_node,) nodes.
 
     Raises MechanicsError when nothing is prescribed.
     """

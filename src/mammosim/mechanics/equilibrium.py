@@ -1,9 +1,9 @@
 """Equilibrium: a verified minimum of the potential energy of a scene.
 
-Newton's method on the free degrees of freedom, with the pressure of the bulk predicted at the integration points (see
-NeoHookean.predicted). Steps are cut so that J stays positive at every integration point; energy may rise for a few steps
-(a watchdog, Chamberlain et al. 1982), after which the solver returns to the best shape and searches along the line for a
-lower energy. When a load step fails it is halved.
+Newton's method on the free degrees of freedom, with the pressure of the bulk predicted at the integration
+points (see NeoHookean.predicted). Steps are cut so that J stays positive at every integration point; energy
+may rise for a few steps (a watchdog, Chamberlain et al. 1982), after which the solver returns to the best
+shape and searches along the line for a lower energy. When a load step fails it is halved.
 """
 
 import logging
@@ -26,7 +26,8 @@ log = logging.getLogger(__name__)
 class Settings:
     """How the loads are applied.
 
-    load_steps: how many equal steps to begin with; smallest_step: of the load factor, below which the solver gives up.
+    load_steps: how many equal steps to begin with; smallest_step: of the load factor, then the solver gives
+    up.
     """
 
     newton: NewtonSettings = field(default_factory=NewtonSettings)
@@ -38,9 +39,9 @@ class Settings:
 class Equilibrium:
     """A verified state of equilibrium.
 
-    points (n_node, 3) mm; history: one row per Newton iteration; residual: the free forces relative to the load;
-    smallest_J at the integration points; positive_definite: no negative pivot in the exact tangent, so a stable minimum;
-    energy uJ; factorisations; seconds of wall time.
+    points (n_node, 3) mm; history: one row per Newton iteration; residual: the free forces relative to the
+    load; smallest_J at the integration points; positive_definite: no negative pivot in the exact tangent, so
+    a stable minimum; energy uJ; factorisations; seconds of wall time.
     """
 
     points: np.ndarray
@@ -88,7 +89,7 @@ def solve(
     start: np.ndarray | None = None,
     settings: Settings | None = None,
 ) -> Equilibrium:
-    """The equilibrium of a system that was checked before, with reference points X (n_node, 3); see `equilibrium`."""
+    """The equilibrium of a system already checked, with reference X (n_node, 3); see `equilibrium`."""
     began, before = time.perf_counter(), system.solver.factorisations
     settings = settings or Settings()
     history: list[Iteration] = []

@@ -1,7 +1,7 @@
 """Symmetric sparse systems through MKL PARDISO: analysed once, factorised at every Newton iteration.
 
-pypardiso's public functions know the unsymmetric type only, twice the memory and three times the work; the symmetric type
-goes through its private call, with the upper triangle in compressed rows.
+pypardiso's public functions know the unsymmetric type only, twice the memory and three times the work; the
+symmetric type goes through its private call, with the upper triangle in compressed rows.
 """
 
 import copy
@@ -27,8 +27,8 @@ def _library() -> PyPardisoSolver:
 class SymmetricSolver:
     """One symmetric matrix pattern, K = L D L^T. Use as a context manager, which releases PARDISO's memory.
 
-    The signs of D are those of the eigenvalues of K (Sylvester's law of inertia), so that every factorisation tells whether
-    K is positive definite; Cholesky was no faster.
+    The signs of D are those of the eigenvalues of K (Sylvester's law of inertia), so that every factorisation
+    tells whether K is positive definite; Cholesky was no faster.
     """
 
     def __init__(self, row_start: np.ndarray, columns: np.ndarray) -> None:

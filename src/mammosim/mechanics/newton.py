@@ -11,6 +11,9 @@ from mammosim.mechanics.linear import SymmetricSolver
 from mammosim.mechanics.pattern import Pattern, UpperRows, pattern_of, upper_rows
 from mammosim.mechanics.potential import Potential
 
+# Residuals are not measured against less than this, the weight of 0.1 g: without load, forces are rounding.
+SMALLEST_FORCE_MN = 1.0
+
 
 class Iteration(NamedTuple):
     """One Newton iteration: the state it began with, and what it did."""
@@ -64,9 +67,9 @@ class System:
         return self.potential.gradient(x).ravel()[self.rows.free]
 
     def relative_residual(self, x: np.ndarray) -> float:
-        """Norm of the free forces relative to the largest force that acts on them."""
-        scale = self.potential.force_scale(x, ~self.held)
-        return float(np.linalg.norm(self.free_gradient(x))) / scale if scale > 0 else 0.0
+        """Norm of the free forces relative to the largest force on them, at least SMALLEST_FORCE_MN."""
+        scale = max(SMALLEST_FORCE_MN, self.potential.force_scale(x, ~self.held))
+        return float(np.linalg.norm(self.free_gradient(x))) / scale
 
     def spread(self, step: np.ndarray) -> np.ndarray:
         """A step of the free degrees of freedom (n_free,) as (n_node, 3), zero where held."""
@@ -90,7 +93,7 @@ def is_stable(system: System, x: np.ndarray) -> bool:
 
 @dataclass
 class _Watchdog:
-    """The shape of lowest energy so far, the Newton step from it, and how many steps have not improved on it."""
+    """The shape of lowest energy so far, the Newton step from it, and how many steps did not improve it."""
 
     x: np.ndarray
     energy: float
@@ -100,7 +103,7 @@ class _Watchdog:
 
 
 def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: list[Iteration]) -> np.ndarray:
-    """x (n_node, 3) with a residual below tolerance, from a start x; raises StepFailed. Extends the history."""
+    """x (n_node, 3) in equilibrium, found from a start x. Extends the history; raises StepFailed."""
     potential, tangent_of = system.potential, system.potential
     best: _Watchdog | None = None
     for _ in range(settings.max_iterations):
@@ -137,7 +140,7 @@ def _rounding(energy: float) -> float:
 
 
 def _newton_step(system: System, tangent_of: Potential, x: np.ndarray) -> tuple[np.ndarray, float, int]:
-    """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then made positive definite."""
+    """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then projected."""
     g = system.free_gradient(x)
     stable = system.solver.factorise(system.rows.values(tangent_of.tangent(x, system.pattern)))
     negative = system.solver.negative_pivots

@@ -1,8 +1,8 @@
 """The sparsity pattern that all effects of a mesh share, and the tangent matrix stored in it.
 
-K is kept as 3x3 blocks in compressed rows over the nodes, both triangles. Element tangents are computed into arrays of
-their own and then gathered block by block, always in the order of the elements: the sum is the same for any number of
-threads.
+K is kept as 3x3 blocks in compressed rows over the nodes, both triangles. Element tangents are computed into
+arrays of their own and then gathered block by block, always in the order of the elements: the sum is the same
+for any number of threads.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from scipy import sparse
 
 @dataclass(frozen=True)
 class Scatter:
-    """Which entries of the element tangents (n_element * m * m, 3, 3) each block sums: order[start[p]:start[p+1]]."""
+    """Block p sums the entries order[start[p]:start[p + 1]] of element tangents (n_element * m * m, 3, 3)."""
 
     order: np.ndarray
     start: np.ndarray
@@ -84,9 +84,9 @@ class Tangent:
 
 @dataclass(frozen=True)
 class UpperRows:
-    """The upper triangle of the free part of a pattern, in compressed rows, and where its values stand in K.blocks.
+    """The upper triangle of the free part of a pattern, in compressed rows, and the place of its values.
 
-    free: (n_free,) degrees of freedom 3 * node + component, ascending.
+    free (n_free,): degrees of freedom 3 * node + component, ascending; source: where K.blocks has the values.
     """
 
     free: np.ndarray

@@ -43,7 +43,7 @@ def shape_gradients(L: np.ndarray, edges: tuple[tuple[int, int], ...]) -> np.nda
 
 @dataclass(frozen=True)
 class CellQuadrature:
-    """gradients (n_cell, 4, 10, 3): dN/dX [1/mm]; volumes (n_cell, 4): reference volume of each point [mm3]."""
+    """gradients (n_cell, 4, 10, 3): dN/dX [1/mm]; volumes (n_cell, 4): reference volume of a point [mm3]."""
 
     gradients: np.ndarray
     volumes: np.ndarray

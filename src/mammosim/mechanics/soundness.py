@@ -13,7 +13,7 @@ SMALLEST_RELATIVE_VOLUME = 1e-6
 
 
 def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> np.ndarray:
-    """held (n_node, 3) bool, when the mesh can be solved; None stands for a mesh without boundary 'posterior'.
+    """held (n_node, 3) bool, when the mesh can be solved; None where it has no boundary 'posterior'.
 
     Raises MechanicsError, naming cells or nodes and how many.
     """

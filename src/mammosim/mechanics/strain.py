@@ -12,8 +12,8 @@ from mammosim.mechanics.reference import cell_quadrature
 class CellStrain:
     """Averages over the reference volume of each cell.
 
-    F (n_cell, 3, 3) = dx/dX; J (n_cell,): volume ratio of the cell; principal (n_cell, 3): ascending principal values of the
-    Green-Lagrange strain E = (F^T F - 1) / 2.
+    F (n_cell, 3, 3) = dx/dX; J (n_cell,): volume ratio of the cell; principal (n_cell, 3): ascending
+    principal values of the Green-Lagrange strain E = (F^T F - 1) / 2.
     """
 
     F: np.ndarray

@@ -16,7 +16,7 @@ from mammosim.mechanics.reference import cell_jacobians
 
 log = logging.getLogger(__name__)
 
-# load(reference mesh, gravity (3,), start (n_node, 3) or None): the equilibrium of a stress-free shape under gravity.
+# load(stress-free mesh, gravity (3,), start (n_node, 3) or None): its equilibrium under gravity.
 Load = Callable[[TetMesh, np.ndarray, np.ndarray | None], Equilibrium]
 
 
@@ -41,7 +41,7 @@ class Unloaded:
 
 @dataclass(frozen=True)
 class FixedPointSettings:
-    """tolerance_mm: of the mean distance of skin nodes; smallest_damping: of a correction before it is refused."""
+    """tolerance_mm: of the skin's mean distance; smallest_damping: of a correction before it is refused."""
 
     tolerance_mm: float = 0.05
     max_iterations: int = 20
@@ -69,7 +69,8 @@ class _Guess:
 def reverse_gravity(measured: TetMesh, load: Load, *, gravity: np.ndarray) -> Unloaded:
     """The measured shape, taken as stress-free, under the opposite gravity (3,).
 
-    Right for small strain only: kept to be compared with. Raises EquilibriumError where it has no stable state.
+    Right for small strain only: kept to be compared with. Raises EquilibriumError where it has no stable
+    state.
     """
     # ASSUME: reverse gravity takes the measured shape as free of stress, which is wrong for large strain.
     return Unloaded(load(measured, -np.asarray(gravity), None).points)
@@ -83,11 +84,12 @@ def fixed_point(
     start: np.ndarray | None = None,
     settings: FixedPointSettings | None = None,
 ) -> Unloaded:
-    """The shape X that gravity (3,) brings to the measured skin, by fixed point (Carter 2009), driven by the surface.
+    """The shape X that gravity (3,) brings to the measured skin: surface-driven fixed point (Carter 2009).
 
-    X <- X + u, where u is minus the difference between reloaded and measured at the skin nodes, zero at the posterior
-    ones, and carried to the others elastically. start (n_node, 3): first guess, default the measured shape.
-    Raises MechanicsError when the residual does not fall any more, or not below the tolerance in time.
+    X <- X + u, where u is minus the difference between reloaded and measured at the skin nodes, zero at the
+    posterior ones, and carried to the others elastically. start (n_node, 3): first guess, default the
+    measured shape. Raises MechanicsError when the residual does not fall any more, or not below the tolerance
+    in time.
     """
     settings = settings or FixedPointSettings()
     began = time.perf_counter()
@@ -97,7 +99,7 @@ def fixed_point(
     while guess.mean_mm > settings.tolerance_mm:
         if len(history) > settings.max_iterations:
             raise MechanicsError(
-                f"{settings.max_iterations} fixed-point iterations left a mean residual of {guess.mean_mm:.3f} mm "
+                f"{settings.max_iterations} fixed-point iterations left a mean of {guess.mean_mm:.3f} mm "
                 f"(asked {settings.tolerance_mm:g} mm); allow more iterations or a larger tolerance_mm"
             )
         began = time.perf_counter()
@@ -150,8 +152,9 @@ def _corrected(
                 reason = f"the residual rose to {trial.mean_mm:.3f} mm"
         damping /= 2
     raise MechanicsError(
-        f"the fixed point diverges at a mean residual of {guess.mean_mm:.3f} mm: {reason}, even when damped to "
-        f"{2 * damping:.3f}; the tissue may be too soft for the measured shape: raise its modulus, or add skin"
+        f"the fixed point diverges at a mean of {guess.mean_mm:.3f} mm: {reason}, even when "
+        f"damped to {2 * damping:.3f}; the tissue may be too soft for the measured shape: "
+        "raise its modulus, or add skin"
     )
 
 

@@ -5,7 +5,7 @@ P = dW/dF = mu J^(-2/3) F + s C,  s = p - mu/3 J^(-5/3) I1,  p = k (J - 1)
 dP = mu J^(-2/3) dF - 2/3 mu J^(-5/3) (F (C:dF) + C (F:dF)) + (5/9 mu J^(-8/3) I1 + k) C (C:dF) + s dC
 """
 
-# ASSUME: the invariant of the bulk law is the isochoric I1bar, so that the rest state carries no stress; with the I1 that the study's report prints it would carry mu I.
+# ASSUME: the bulk law has the isochoric I1bar where the report prints I1, which would stress the rest state.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from mammosim.mechanics.reference import CellQuadrature, cell_quadrature
 class NeoHookean:
     """The elastic energy of all cells.
 
-    cells (n_cell, 10); mu, k (n_cell,) kPa; pressure (n_cell, 4) kPa, p of the tangent where it was predicted.
+    cells (n_cell, 10); mu, k (n_cell,) kPa; pressure (n_cell, 4) kPa: p of the tangent if predicted.
     """
 
     cells: np.ndarray
@@ -74,8 +74,8 @@ class NeoHookean:
     def predicted(self, x: np.ndarray, dx: np.ndarray) -> "NeoHookean":
         """The law with the pressure that the step predicts, p = k (J - 1 + C : grad dx), in its tangent.
 
-        Newton with mixed integration points (Magisano, Leonetti & Garcea 2017): near incompressibility the pressure of
-        the displaced shape is wrong by k times the square of the step, the predicted one is not.
+        Newton with mixed integration points (Magisano, Leonetti & Garcea 2017): near incompressibility the
+        pressure of the displaced shape is wrong by k times the square of the step, the predicted one is not.
         """
         p = _predicted_pressures(x, dx, self.cells, self.quadrature.gradients, self.k)
         return replace(self, pressure=p)

@@ -3,7 +3,7 @@
     E = 1/2 eps integral of <-d(x)>_+^2 over the reference area
     q = |R^T (x - c)| - (b - r),  d = |max(q, 0)| + min(max_i q_i, 0) - r,  n = grad d
 
-b are the half sizes and r the edge radius: d has a continuous gradient everywhere outside the inner box q < 0.
+b are the half sizes and r the edge radius: grad d is continuous everywhere outside the inner box q < 0.
 """
 
 from dataclasses import dataclass, replace
@@ -28,7 +28,10 @@ _FACE_GRADIENTS = shape_gradients(TRIANGLE_POINTS, TRIANGLE_EDGES)
 
 @dataclass(frozen=True)
 class RoundedBox:
-    """A box with rounded edges: centre c (3,) mm, axes R (3, 3) in columns, half sizes b (3,) mm, radius r mm."""
+    """A box with rounded edges: centre c (3,) mm, axes R (3, 3) in columns, half sizes b (3,), radius r mm.
+
+    Raises MechanicsError when the radius exceeds a half size, or the axes are not orthonormal.
+    """
 
     centre: np.ndarray
     axes: np.ndarray
@@ -61,8 +64,8 @@ class RoundedBox:
 class ContactState:
     """What a plate does to the skin.
 
-    force (3,) mN on the plate; area mm2 of skin in contact, deformed; pressure (n_face, 6) kPa per deformed area at the
-    quadrature points; penetration: the deepest, mm.
+    force (3,) mN on the plate; area mm2 of skin in contact, deformed; pressure (n_face, 6) kPa per deformed
+    area at the quadrature points; penetration: the deepest, mm.
     """
 
     force: np.ndarray
@@ -103,8 +106,9 @@ class RigidPlate(WithoutVolume):
         add_to_nodes(self.faces, self.penalty * _gradients(*self._kernel_arguments(x)), g)
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
-        """K_ab += integral of eps (n (x) n - <-d> d2d/dx2) N_a N_b; the curvature term is dropped when projected."""
-        K.add(self.faces, self.penalty * _tangents(*self._kernel_arguments(x), not projected))
+        """K_ab += integral of eps (n (x) n - <-d> d2d/dx2) N_a N_b, the last term not when projected."""
+        Ke = _tangents(*self._kernel_arguments(x), not projected)  # type: ignore[call-arg]
+        K.add(self.faces, self.penalty * Ke)
 
     def state(self, x: np.ndarray) -> ContactState:
         """Force, area, pressure and penetration in the loaded shape x (n_node, 3)."""

@@ -37,7 +37,7 @@ class Effect(Protocol):
         ...
 
     def predicted(self, x: np.ndarray, dx: np.ndarray) -> "Effect":
-        """The effect whose tangent Newton should use at x + dx, having stepped by dx from x (see NeoHookean)."""
+        """The effect whose tangent Newton should use at x + dx, after a step dx from x (see NeoHookean)."""
         ...
 
 

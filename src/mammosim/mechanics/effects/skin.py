@@ -3,8 +3,8 @@
     W_m = h mu/2 (tr C + 1/det C - 3) per reference area,  C = F^T F (2 x 2),  F = dx/ds (3 x 2)
     P = h mu (F - M / d^2),  M = F adj C,  d = det C
 
-With the principal values c1 >= c2 of C, a strip pulled to c1 is free of stress at the width c2 = c1^(-1/2). A narrower
-one wrinkles and costs no more (relaxed energy, Pipkin 1986):
+With the principal values c1 >= c2 of C, a strip pulled to c1 is free of stress at the width c2 = c1^(-1/2).
+A narrower one wrinkles and costs no more (relaxed energy, Pipkin 1986):
 
     W_m = h mu/2 (c1 + 2 c1^(-1/2) - 3) where c2 < c1^(-1/2),  and 0 where c1 < 1
 """
