@@ -25,6 +25,7 @@ include: "workflow/rules/compression.smk"
 include: "workflow/rules/xray.smk"
 include: "workflow/rules/checks.smk"
 include: "workflow/rules/study.smk"
+include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 
 

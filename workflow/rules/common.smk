@@ -112,6 +112,11 @@ def scored(template, which):
     return [template.format(v=v, p=p) for v in DIGITAL_WOMEN for p in which(v)]
 
 
+def scored_of(volunteer, what):
+    """The score of a digital volunteer, none of a real one."""
+    return [f"results/scores/{volunteer}/{what}.csv"] if volunteer in DIGITAL_WOMEN else []
+
+
 def over(template, **values):
     """A path for every volunteer and every combination of the values."""
     return expand(template, v=WOMEN, **values)

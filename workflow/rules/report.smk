@@ -1,11 +1,43 @@
-# Figures and the report.
+# The report: figures and tables in one page, with every assumption and source.
+PICTURES = [
+    *over("positions_{v}"),
+    *(f"registration_{v}_{p}" for v in WOMEN for p in moving(v)),
+    *over("segmentation_{v}_{p}", p=SEGMENTED),
+    *over("mesh_{v}_{p}", p=SEGMENTED),
+    "sweep",
+    *over("upright_{v}"),
+    *over("stress_free_{v}"),
+    *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
+    "convergence",
+    *over("compression_{v}_{side}", side=COMPRESSION["sides"]),
+    "force",
+    *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),
+    *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
+    "dose",
+    "moduli",
+]
+
+
 rule report:
-    """The report."""
+    """One page with every figure and table: results/study/report.html."""
     input:
-        "results/study/numbers.json",
+        text=str(HOME / "workflow/report/sections.yaml"),
+        pictures=expand("results/study/figures/{name}.png", name=PICTURES),
+        tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
+        quality="results/images/quality.csv",
+        numbers="results/study/numbers.json",
+        provenance="results/study/provenance.json",
+        bibliography=str(HOME / "config/references.bib"),
+        library=library("report.py"),
     output:
         "results/study/report.html",
+    params:
+        volunteers=WOMEN,
     log:
         "results/logs/report.log",
-    shell:
-        "false"
+    benchmark:
+        "results/benchmarks/report/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/report.py"

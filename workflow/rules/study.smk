@@ -68,6 +68,7 @@ rule provenance:
         "results/study/provenance.json",
     params:
         configuration=config,
+        package=str(PACKAGE),
     log:
         "results/logs/provenance.log",
     benchmark:

@@ -1,1 +1,37 @@
+"""Every number of the study's tables by name, and the headlines that the report quotes."""
 
+from pathlib import Path
+
+import _log
+
+from mammosim.io.tables import read_table, write_json
+from mammosim.study.headlines import headlines
+from mammosim.study.summary import numbers
+
+# The columns that tell the rows of each table apart.
+KEYS = {
+    "registration": ("volunteer", "position", "step"),
+    "registration_error": ("volunteer", "position"),
+    "segmentation_overlap": ("volunteer", "position", "tissue"),
+    "sweep": ("volunteer", "youngs_modulus_kpa"),
+    "upright": ("volunteer", "skin_kpa"),
+    "stress_free": ("volunteer", "position", "method", "iteration"),
+    "stress_free_error": ("volunteer", "method"),
+    "compression": ("volunteer", "side", "thickness_mm"),
+    "conservation": ("volunteer", "side", "quantity", "tissue", "step"),
+    "dose": ("volunteer", "side"),
+    "image": ("volunteer", "side"),
+}
+# Two runs give the same numbers; how long they took is in the report's last section.
+TIMES = ["seconds"]
+
+
+def main(paths: list[str], out: str) -> None:
+    tables = {Path(path).stem: read_table(path) for path in paths}
+    quoted = {name: tables[name].drop(columns=TIMES, errors="ignore") for name in KEYS if name in tables}
+    write_json(headlines(tables) | numbers(quoted, KEYS), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.tables, snakemake.output[0])

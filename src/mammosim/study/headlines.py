@@ -1,0 +1,73 @@
+"""The few numbers by which the whole study is told, from its tables; None where one is absent."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from mammosim.study.sweep import VERIFIED
+
+
+def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """headline.* by name, each over all volunteers and sides."""
+    found = {
+        "registration_error_max_mm": _extreme(tables, "registration_error", "error_max_mm", "max"),
+        "registration_error_max_deg": _extreme(tables, "registration_error", "rotation_error_deg", "max"),
+        "marker_residual_max_mm": _extreme(tables, "registration", "marker_residual_max_mm", "max"),
+        "cells_largest": _cells(tables),
+        "best_nipple_error_mm": _extreme(tables, "sweep", "nipple_left_mm", "min"),
+        "sweep_refused": _refused(tables, "sweep"),
+        "upright_refused": _refused(tables, "upright"),
+        "skin_reduction_max_percent": _skin_reduction(tables),
+        "fixed_point_residual_mean_mm": _last_residual(tables, "mean_mm"),
+        "fixed_point_residual_max_mm": _last_residual(tables, "max_mm"),
+        "stress_free_error_mean_mm": _extreme(tables, "stress_free_error", "mean_mm", "max"),
+        "force_max_n": _extreme(tables, "compression", "force_n", "max"),
+        "pressure_max_kpa": _extreme(tables, "compression", "peak_pressure_kpa", "max"),
+        "penetration_max_mm": _extreme(tables, "compression", "penetration_mm", "max"),
+        "dose_min_mgy": _extreme(tables, "image", "dose_mgy", "min"),
+        "dose_max_mgy": _extreme(tables, "image", "dose_mgy", "max"),
+        "dose_error_max_percent": _percent(_extreme(tables, "dose", "relative_error", "max")),
+        "cnr_min": _extreme(tables, "image", "cnr", "min"),
+        "cnr_max": _extreme(tables, "image", "cnr", "max"),
+    }
+    dice = tables.get("segmentation_overlap")
+    for tissue in () if dice is None else ("adipose", "glandular", "skin", "muscle"):
+        found[f"dice_{tissue}_min"] = float(dice.dice[dice.tissue == tissue].min())
+    return {f"headline.{name}": value for name, value in found.items()}
+
+
+def _extreme(tables: Mapping[str, pd.DataFrame], table: str, column: str, which: str) -> float | None:
+    if table not in tables or tables[table][column].isna().all():
+        return None
+    return float(tables[table][column].agg(which))
+
+
+def _percent(part: float | None) -> float | None:
+    return None if part is None else 100 * part
+
+
+def _refused(tables: Mapping[str, pd.DataFrame], table: str) -> float | None:
+    return float((tables[table].outcome != VERIFIED).sum()) if table in tables else None
+
+
+def _cells(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    if "mesh_quality" not in tables:
+        return None
+    return float(tables["mesh_quality"].groupby(["volunteer", "position"]).size().max())
+
+
+def _skin_reduction(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """How much less the nipples move with the stiffest skin than without any, percent, for the most."""
+    if "upright" not in tables:
+        return None
+    rows = tables["upright"].dropna(subset=["from_rest_mm"]).sort_values("skin_kpa")
+    ends = rows.groupby("volunteer").from_rest_mm.agg(["first", "last"])
+    return float((100 * (1 - ends["last"] / ends["first"])).max()) if len(ends) else None
+
+
+def _last_residual(tables: Mapping[str, pd.DataFrame], column: str) -> float | None:
+    """The largest residual that any fixed point ended with."""
+    if "stress_free" not in tables:
+        return None
+    rows = tables["stress_free"].query("method == 'fixed_point'").sort_values("iteration")
+    return float(rows.groupby("volunteer")[column].last().max()) if len(rows) else None

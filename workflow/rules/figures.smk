@@ -1,0 +1,303 @@
+# Figures of the report, one rule each. Those that show the truth of a digital volunteer are called score_.
+MODULI_HERE = {
+    "sweep": [min(SWEEP["youngs_modulus_kpa"]), max(SWEEP["youngs_modulus_kpa"])],
+    **{name: [tissue["youngs_modulus_kpa"]] * 2 for name, tissue in TISSUES["tissues"].items()},
+    "skin": [TISSUES["skin"]["youngs_modulus_kpa"]] * 2,
+}
+
+
+rule figure_positions:
+    """One volunteer as scanned in every position."""
+    input:
+        images=lambda wildcards: [f"results/images/{wildcards.v}/{p}.nii.gz" for p in positions(wildcards.v)],
+        fiducials=lambda wildcards: [f"results/fiducials/{wildcards.v}/{p}.csv" for p in positions(wildcards.v)],
+        library=library("figure_positions.py"),
+    output:
+        "results/study/figures/positions_{v}.png",
+    params:
+        gravity=lambda wildcards: {p: gravity(wildcards.v, p) for p in positions(wildcards.v)},
+    log:
+        "results/logs/figure_positions/{v}.log",
+    benchmark:
+        "results/benchmarks/figure_positions/{v}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_positions.py"
+
+
+rule figure_registration:
+    """One position over the reference position, before and after registration."""
+    input:
+        fixed=f"results/images/{{v}}/{REFERENCE}.nii.gz",
+        moving="results/images/{v}/{p}.nii.gz",
+        after="results/registration/{v}/{p}.nii.gz",
+        steps="results/registration/{v}/{p}_steps.csv",
+        fiducials=f"results/fiducials/{{v}}/{REFERENCE}.csv",
+        library=library("figure_registration.py"),
+    output:
+        "results/study/figures/registration_{v}_{p}.png",
+    log:
+        "results/logs/figure_registration/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/figure_registration/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_registration.py"
+
+
+rule figure_segmentation:
+    """Tissues over the image of one position, with their Dice overlap where the truth is known."""
+    input:
+        image="results/images/{v}/{p}.nii.gz",
+        labels="results/segmentation/{v}/{p}.nii.gz",
+        fiducials="results/fiducials/{v}/{p}.csv",
+        dice=lambda wildcards: scored_of(wildcards.v, f"segmentation_{wildcards.p}"),
+        library=library("figure_segmentation.py"),
+    output:
+        "results/study/figures/segmentation_{v}_{p}.png",
+    params:
+        behind_mm=XRAY["lesion"]["depth_mm"] / 2,
+    log:
+        "results/logs/figure_segmentation/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/figure_segmentation/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_segmentation.py"
+
+
+rule figure_mesh:
+    """The mesh of one position, with its tissues on a cut."""
+    input:
+        mesh="results/meshes/{v}/{p}.vtu",
+        fiducials="results/registration/{v}/{p}_fiducials.csv",
+        library=library("figure_mesh.py"),
+    output:
+        "results/study/figures/mesh_{v}_{p}.png",
+    log:
+        "results/logs/figure_mesh/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/figure_mesh/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_mesh.py"
+
+
+rule figure_sweep:
+    """Nipple error and displacement against the modulus of the breast."""
+    input:
+        table="results/study/sweep.csv",
+        library=library("figure_sweep.py"),
+    output:
+        "results/study/figures/sweep.png",
+    log:
+        "results/logs/figure_sweep/all.log",
+    benchmark:
+        "results/benchmarks/figure_sweep/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_sweep.py"
+
+
+rule figure_upright:
+    """One volunteer upright, with skins of several moduli."""
+    input:
+        measured="results/meshes/{v}/prone.vtu",
+        fiducials="results/registration/{v}/prone_fiducials.csv",
+        table="results/study/upright.csv",
+        shapes=lambda wildcards: [
+            f"results/mechanics/{wildcards.v}/upright/skin_{kpa}kpa.vtu" for kpa in UPRIGHT["skin_kpa"]
+        ],
+        library=library("figure_upright.py"),
+    output:
+        "results/study/figures/upright_{v}.png",
+    params:
+        skin_kpa=UPRIGHT["skin_kpa"],
+    log:
+        "results/logs/figure_upright/{v}.log",
+    benchmark:
+        "results/benchmarks/figure_upright/{v}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_upright.py"
+
+
+rule figure_stress_free:
+    """The measured shape and its stress-free estimates."""
+    input:
+        measured=f"results/meshes/{{v}}/{MEASURED}.vtu",
+        fiducials=f"results/registration/{{v}}/{MEASURED}_fiducials.csv",
+        shapes=lambda wildcards: [
+            f"results/mechanics/{wildcards.v}/stress_free/{MEASURED}_{method}.vtu"
+            for method in STRESS_FREE["methods"]
+        ],
+        library=library("figure_stress_free.py"),
+    output:
+        "results/study/figures/stress_free_{v}.png",
+    params:
+        methods=STRESS_FREE["methods"],
+    log:
+        "results/logs/figure_stress_free/{v}.log",
+    benchmark:
+        "results/benchmarks/figure_stress_free/{v}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_stress_free.py"
+
+
+rule score_shapes:
+    """The measured shape, its stress-free estimates, and the true stress-free shape."""
+    input:
+        measured=f"results/meshes/{{w}}/{MEASURED}.vtu",
+        fiducials=f"results/registration/{{w}}/{MEASURED}_fiducials.csv",
+        shapes=lambda wildcards: [
+            f"results/mechanics/{wildcards.w}/stress_free/{MEASURED}_{method}.vtu"
+            for method in STRESS_FREE["methods"]
+        ],
+        truth="results/truth/{w}/stress_free.vtu",
+        motion=f"results/truth/{{w}}/{REFERENCE}_motion.tfm",
+        library=library("figure_stress_free.py"),
+    output:
+        "results/study/figures/true_stress_free_{w}.png",
+    params:
+        methods=STRESS_FREE["methods"],
+    log:
+        "results/logs/score_shapes/{w}.log",
+    benchmark:
+        "results/benchmarks/score_shapes/{w}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_stress_free.py"
+
+
+rule figure_convergence:
+    """The residual of the fixed point at every iteration."""
+    input:
+        table="results/study/stress_free.csv",
+        library=library("figure_convergence.py"),
+    output:
+        "results/study/figures/convergence.png",
+    params:
+        tolerance_mm=STRESS_FREE["tolerance_mm"],
+    log:
+        "results/logs/figure_convergence/all.log",
+    benchmark:
+        "results/benchmarks/figure_convergence/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_convergence.py"
+
+
+rule figure_compression:
+    """One breast between the plates: shape, strain, pressure."""
+    input:
+        shape="results/compression/{v}/{side}.vtu",
+        plates="results/compression/{v}/{side}_plates.json",
+        faces="results/compression/{v}/{side}_faces.csv",
+        library=library("figure_compression.py"),
+    output:
+        "results/study/figures/compression_{v}_{side}.png",
+    log:
+        "results/logs/figure_compression/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/figure_compression/{v}_{side}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_compression.py"
+
+
+rule figure_force:
+    """Force, contact area and pressure while the plates close."""
+    input:
+        table="results/study/compression.csv",
+        library=library("figure_force.py"),
+    output:
+        "results/study/figures/force.png",
+    log:
+        "results/logs/figure_force/all.log",
+    benchmark:
+        "results/benchmarks/figure_force/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_force.py"
+
+
+rule figure_phantom:
+    """Slices through the voxels of one compressed breast."""
+    input:
+        labels="results/phantom/{v}/{side}.nii.gz",
+        library=library("figure_phantom.py"),
+    output:
+        "results/study/figures/phantom_{v}_{side}.png",
+    log:
+        "results/logs/figure_phantom/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/figure_phantom/{v}_{side}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_phantom.py"
+
+
+rule figure_mammogram:
+    """The mammogram of one breast as it is read."""
+    input:
+        image="results/xray/{v}/{side}_mammogram.nii.gz",
+        row="results/xray/{v}/{side}_image.csv",
+        library=library("figure_mammogram.py"),
+    output:
+        "results/study/figures/mammogram_{v}_{side}.png",
+    log:
+        "results/logs/figure_mammogram/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/figure_mammogram/{v}_{side}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_mammogram.py"
+
+
+rule figure_dose:
+    """Glandular dose, scatter and exposure of every compressed breast."""
+    input:
+        table="results/study/image.csv",
+        library=library("figure_dose.py"),
+    output:
+        "results/study/figures/dose.png",
+    log:
+        "results/logs/figure_dose/all.log",
+    benchmark:
+        "results/benchmarks/figure_dose/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_dose.py"
+
+
+rule figure_moduli:
+    """Moduli in the literature and in this study."""
+    input:
+        library=library("figure_moduli.py"),
+    output:
+        "results/study/figures/moduli.png",
+    params:
+        here=MODULI_HERE,
+    log:
+        "results/logs/figure_moduli/all.log",
+    benchmark:
+        "results/benchmarks/figure_moduli/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_moduli.py"

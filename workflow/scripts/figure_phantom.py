@@ -1,0 +1,16 @@
+"""Slices through the voxels of one compressed breast."""
+
+import _log
+
+from mammosim.figures.radiograph import phantom_slices
+from mammosim.io.figures import write_figure
+from mammosim.io.images import read_labels
+
+
+def main(labels: str, out: str) -> None:
+    write_figure(phantom_slices(read_labels(labels)), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.labels, snakemake.output[0])

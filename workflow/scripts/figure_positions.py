@@ -1,0 +1,28 @@
+"""One volunteer as scanned, in every position."""
+
+import _log
+
+from mammosim.figures.volunteers import positions
+from mammosim.io.fiducials import read_fiducials
+from mammosim.io.figures import write_figure
+from mammosim.io.images import read_image
+from mammosim.study.configuration import gravity_vector
+
+
+def main(images: list[str], fiducials: list[str], gravity: dict[str, str], out: str) -> None:
+    figure = positions(
+        dict(zip(gravity, map(read_image, images))),
+        dict(zip(gravity, map(read_fiducials, fiducials))),
+        {position: gravity_vector(text) for position, text in gravity.items()},
+    )
+    write_figure(figure, out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        snakemake.input.images,
+        snakemake.input.fiducials,
+        snakemake.params.gravity,
+        snakemake.output[0],
+    )
