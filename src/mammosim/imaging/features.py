@@ -5,13 +5,14 @@ from scipy import ndimage
 
 from mammosim.core.volume import Grid, Image
 from mammosim.imaging.bias import correct_bias
-from mammosim.imaging.outline import body_mask, bright_level, torso_depth
+from mammosim.imaging.outline import body_mask, bright_level, largest_part, torso_depth
 
 NAMES = (
     *("intensity", "smooth", "mean", "minimum", "maximum", "deviation", "gradient"),
     *("right", "left", "anterior", "posterior", "inferior", "superior"),
-    *("depth_mm", "torso_depth_mm", "lateral_mm", "behind_front_mm", "height_mm"),
+    *("depth_mm", "torso_depth_mm", "behind_fat_mm", "lateral_mm", "behind_front_mm", "height_mm"),
 )
+FAT = 0.65
 
 
 def features(image: Image, *, neighbourhood_mm: float) -> np.ndarray:
@@ -23,7 +24,7 @@ def features(image: Image, *, neighbourhood_mm: float) -> np.ndarray:
     even = correct_bias(image)
     I = even.values / bright_level(even)
     r = np.maximum(np.round(neighbourhood_mm / image.grid.spacing[::-1]), 1).astype(int)
-    return np.stack([*_neighbourhood(I, r), *_place(body, image.grid)], axis=-1).astype(np.float32)
+    return np.stack([*_neighbourhood(I, r), *_place(I, body, image.grid)], axis=-1).astype(np.float32)
 
 
 def _neighbourhood(I: np.ndarray, r: np.ndarray) -> list[np.ndarray]:
@@ -49,8 +50,9 @@ def _shifted(I: np.ndarray, axis: int, step: int) -> np.ndarray:
     return np.take(I, index, axis=axis)
 
 
-def _place(body: np.ndarray, grid: Grid) -> list[np.ndarray]:
-    """Depth under the skin of body and of torso without breasts; distances from midline, front and middle."""
+def _place(I: np.ndarray, body: np.ndarray, grid: Grid) -> list[np.ndarray]:
+    """Depth under skin, torso's skin and fat; distances from the midline, the front and the middle."""
+    # ASSUME: the fat under the skin is the largest connected part brighter than 65 % of fat.
     dx, dy, dz = grid.spacing
     torso = torso_depth(body, grid.spacing)
     k, j, i = np.indices(body.shape, np.float32)
@@ -58,6 +60,7 @@ def _place(body: np.ndarray, grid: Grid) -> list[np.ndarray]:
     return [
         ndimage.distance_transform_edt(body, sampling=(dz, dy, dx)),
         np.broadcast_to(torso, body.shape),
+        ndimage.distance_transform_edt(~largest_part(body & (I > FAT)), sampling=(dz, dy, dx)),
         np.abs(i - columns.mean()) * dx,
         (j - rows[0]) * dy,
         (k - (body.shape[0] - 1) / 2) * dz,

@@ -15,7 +15,7 @@ from mammosim.core.progress import progress
 from mammosim.core.rng import generator
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.contour import grow
-from mammosim.imaging.features import features
+from mammosim.imaging.features import NAMES, features
 from mammosim.imaging.markers import find_markers
 from mammosim.imaging.outline import body_mask, fill_axial, largest_part
 
@@ -90,6 +90,8 @@ def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segme
     examples, answers = _with_air(voxels, classes, body, settings.seed)
     classifier = CLASSIFIERS[settings.classifier](settings).fit(X[tuple(examples.T)], answers)
     p = _probabilities(classifier, X, ndimage.binary_dilation(body, iterations=2))
+    behind = X[..., NAMES.index("behind_fat_mm")]
+    _limit_muscle(p, behind, behind[tuple(voxels[classes == Label.MUSCLE].T)].max())
     seeds = np.zeros(image.grid.shape, np.uint8)
     seeds[tuple(voxels.T)] = classes
     labels = _contours(Evidence(p, seeds, settings.smoothing), image)
@@ -161,6 +163,14 @@ def _probabilities(classifier: ClassifierMixin, X: np.ndarray, region: np.ndarra
     for column, label in enumerate(classifier.classes_):
         p[Label(label)].flat[where] = np.concatenate([part[:, column] for part in found])
     return p
+
+
+def _limit_muscle(p: dict[Label, np.ndarray], behind_fat_mm: np.ndarray, deepest_mm: float) -> None:
+    """Give the muscle's share to the thorax where no stroke says that muscle reaches so deep."""
+    # ASSUME: the muscle reaches no deeper behind the fat than the deepest stroke painted in it, but for 1 mm.
+    deeper = behind_fat_mm > deepest_mm + 1.0
+    p[Label.THORAX][deeper] += p[Label.MUSCLE][deeper]
+    p[Label.MUSCLE][deeper] = 0
 
 
 def _contours(evidence: Evidence, image: Image) -> np.ndarray:
