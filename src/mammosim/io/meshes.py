@@ -27,7 +27,7 @@ def write_mesh(
 ) -> None:
     """Write a mesh and fields on it: point_data name -> (n_node, ...), cell_data name -> (n_cell, ...).
 
-    On boundary triangles cell data are nan, or 0 where they are integers.
+    Tensors are stored as rows of components. On boundary triangles cell data are nan, or 0 where integers.
     Raises MeshError when a boundary has no number in BOUNDARY_NUMBERS.
     """
     if unknown := sorted(set(mesh.boundaries) - set(BOUNDARY_NUMBERS)):
@@ -35,13 +35,18 @@ def write_mesh(
     faces = np.concatenate([np.empty((0, 6), dtype=np.int64), *mesh.boundaries.values()])
     numbers = [np.full(len(f), BOUNDARY_NUMBERS[name]) for name, f in mesh.boundaries.items()]
     on_faces = np.concatenate([np.empty(0), *numbers]).astype(np.uint8)
-    fields = {name: [values, _nothing(values, len(faces))] for name, values in (cell_data or {}).items()}
+    fields = {name: [v, _nothing(v, len(faces))] for name, v in _rows(cell_data).items()}
     fields["tissue"] = [mesh.tissue.astype(np.uint8), np.zeros(len(faces), dtype=np.uint8)]
     fields["boundary"] = [np.zeros(len(mesh.cells), dtype=np.uint8), on_faces]
     cells = [(CELL, mesh.cells), (FACE, faces)]
-    stored = meshio.Mesh(mesh.points, cells, point_data=dict(point_data or {}), cell_data=fields)
+    stored = meshio.Mesh(mesh.points, cells, point_data=_rows(point_data), cell_data=fields)
     with replacing(path) as temporary:
         meshio.vtu.write(temporary, stored, binary=True, compression="zlib")
+
+
+def _rows(fields: Mapping[str, np.ndarray] | None) -> dict[str, np.ndarray]:
+    """Fields (n,) or (n, k): vtk has no further axes."""
+    return {name: v if v.ndim == 1 else v.reshape(len(v), -1) for name, v in (fields or {}).items()}
 
 
 def _nothing(values: np.ndarray, n: int) -> np.ndarray:
@@ -66,7 +71,7 @@ def read_mesh(path: str | Path) -> TetMesh:
 
 
 def read_point_data(path: str | Path, name: str) -> np.ndarray:
-    """A field (n_node, ...) on the nodes. Raises MeshError when the file has none of that name."""
+    """A field (n_node,) or (n_node, k) on the nodes. Raises MeshError when the file has none of that name."""
     stored = _read(path)
     if name not in stored.point_data:
         raise MeshError(
@@ -76,7 +81,7 @@ def read_point_data(path: str | Path, name: str) -> np.ndarray:
 
 
 def read_cell_data(path: str | Path, name: str) -> np.ndarray:
-    """A field (n_cell, ...) on the tetrahedra. Raises MeshError when the file has none of that name."""
+    """A field (n_cell,) or (n_cell, k) on the cells. Raises MeshError when the file has none of that name."""
     return _on_cells(_read(path), name, path)
 
 

@@ -28,7 +28,7 @@ VOXELS_PER_ELEMENT = 6
 class ElementSize:
     """Edge lengths in mm: breast_mm far from the rib cage, chest_mm next to it.
 
-    Raises MeshError unless both lie in [1, 50] mm.
+    Raises MeshError unless both lie in [2, 50] mm.
     """
 
     breast_mm: float
@@ -36,9 +36,9 @@ class ElementSize:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not 1 <= value <= 50:
+            if not 2 <= value <= 50:
                 raise MeshError(
-                    f"{name} = {value:g} is outside [1, 50] mm; 12 suits a breast: was it given in cm?"
+                    f"{name} = {value:g} is outside [2, 50] mm; 12 suits a breast: was it given in cm?"
                 )
 
 

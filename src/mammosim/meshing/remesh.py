@@ -34,7 +34,7 @@ def remeshed(surface: Surface, size: Size) -> Surface:
     for _ in range(FITTED_SWEEPS):
         points, triangles = resized(points, triangles, size(points))
         points = _fitted(_relaxed(points, triangles), triangles, surface)
-    return Surface(points, triangles)
+    return Surface(_balanced(points, triangles, nearest), triangles)
 
 
 def _growing(surface: Surface, size: Size) -> list[float]:
@@ -60,8 +60,7 @@ def _fitted(points: np.ndarray, triangles: np.ndarray, given: Surface) -> np.nda
     """Vertices x where the planes of the given surface around them fit best (Valette et al. 2008).
 
     x minimises sum a (n . (x - c))^2 over the given triangles that are nearest to it, a their area, n their
-    normal, c their centre; where these say nothing, it stays. So it lies on creases and corners, and outside
-    convex surfaces, so that the flat triangles between lie inside as much as outside.
+    normal, c their centre; where these say nothing, it stays. So it lies on creases and corners.
     """
     area_normal, c = _area_normals(given.points, given.triangles)
     a = np.linalg.norm(area_normal, axis=1)
@@ -74,6 +73,23 @@ def _fitted(points: np.ndarray, triangles: np.ndarray, given: Surface) -> np.nda
     b = _sums((a * np.sum(n * (c - points[v]), axis=1))[:, None] * n, v, len(points))
     A += (KEPT * np.trace(A, axis1=1, axis2=2) + np.finfo(float).tiny)[:, None, None] * np.eye(3)
     return points + np.linalg.solve(A, b[..., None])[..., 0]
+
+
+def _balanced(points: np.ndarray, triangles: np.ndarray, nearest: NearestOnTriangles) -> np.ndarray:
+    """Vertices raised along their normal until the given surface lies on average as far above as below.
+
+    Over a triangle the mean height of the given surface is 3/4 of that at its centre and 1/12 of that at each
+    corner, exact for a quadratic surface. A vertex rises by the mean over the triangles around it.
+    """
+    area_normal, centre = _area_normals(points, triangles)
+    area = np.linalg.norm(area_normal, axis=1)
+    normal = _vertex_normals(points, triangles)
+    at_centre = np.sum((nearest(centre)[0] - centre) * area_normal, axis=1) / area
+    at_corners = np.sum((nearest(points)[0] - points) * normal, axis=1)[triangles].sum(axis=1)
+    height = 3 / 4 * at_centre + 1 / 12 * at_corners
+    weights = np.repeat(np.stack([area, area * height], axis=1), 3, axis=0)
+    total, weighted = _sums(weights, triangles.ravel(), len(points)).T
+    return points + (weighted / total)[:, None] * normal
 
 
 def _vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -82,10 +82,9 @@ def surface_of_labels(labels: LabelMap, *, smoothing_mm: float | None = None) ->
     """Smooth closed surface around the DEFORMABLE voxels.
 
     Two surfaces bound them: one against the air, which goes on around what holds the tissue (the thorax), and
-    one against what holds it, which goes on into the air. The signed distance from each is smoothed by a
-    Gaussian of standard deviation `smoothing_mm`, by default the largest voxel spacing; where the larger of
-    the two is zero lies the result, so that its rim is sharp. Smoothing moves a surface of mean curvature 1/R
-    inwards by smoothing_mm^2 / R: 0.07 mm for 2 mm voxels and R = 60 mm.
+    one against what holds it, which goes on into the air. The signed distance from each is smoothed over
+    `smoothing_mm`, by default the largest voxel spacing; where the larger of the two is zero lies the result,
+    so that its rim is sharp.
     Raises MeshError when no voxel is deformable.
     """
     deformable, opened = np.isin(labels.values, DEFORMABLE), np.isin(labels.values, OPEN)
@@ -94,12 +93,21 @@ def surface_of_labels(labels: LabelMap, *, smoothing_mm: float | None = None) ->
     spacing = labels.grid.spacing[::-1]
     sigma = float(spacing.max()) if smoothing_mm is None else smoothing_mm
     bounds = [
-        ndimage.gaussian_filter(_signed_distance(~outside, spacing), sigma / spacing, mode="nearest")
+        _smoothed(_signed_distance(~outside, spacing), sigma / spacing)
         for outside in (opened, _continued(~(opened | deformable), opened, spacing))
         if outside.any()
     ]
     everywhere = np.full(labels.grid.shape, -float(spacing.min()) / 2, dtype=np.float32)
     return surface_of_field(np.max(bounds, axis=0) if bounds else everywhere, labels.grid)
+
+
+def _smoothed(field: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """2 G f - G G f with a Gaussian G of standard deviation sigma (3,) voxels (Tukey's twicing).
+
+    G alone moves a surface of mean curvature 1/R inwards by sigma^2 / R; this one to order sigma^4 / R^3.
+    """
+    once = ndimage.gaussian_filter(field, sigma, mode="nearest")
+    return 2 * once - ndimage.gaussian_filter(once, sigma, mode="nearest")
 
 
 def _continued(mask: np.ndarray, unknown: np.ndarray, spacing: np.ndarray) -> np.ndarray:

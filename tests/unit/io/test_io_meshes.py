@@ -1,0 +1,82 @@
+"""Meshes and the fields on them come back as they were written."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from mammosim.core.errors import MeshError
+from mammosim.core.labels import Label
+from mammosim.core.mesh import EDGES, FACES, TetMesh
+from mammosim.io.meshes import read_cell_data, read_mesh, read_point_data, write_mesh
+
+CORNERS = np.array([[0.1, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 1 / 3]])
+
+
+@pytest.fixture
+def mesh() -> TetMesh:
+    points = np.vstack([CORNERS, CORNERS[np.array(EDGES)].mean(axis=1)])
+    cells = np.arange(20).reshape(2, 10)
+    boundaries = {"skin": cells[0][np.array(FACES)[:3]], "posterior": cells[1][np.array(FACES)[3:]]}
+    tissue = np.array([Label.GLANDULAR, Label.MUSCLE], dtype=np.uint8)
+    return TetMesh(np.vstack([points, points + 50]), cells, tissue, boundaries)
+
+
+def test_a_mesh_reads_back_bit_for_bit(mesh: TetMesh, tmp_path: Path) -> None:
+    write_mesh(mesh, tmp_path / "m.vtu")
+    read = read_mesh(tmp_path / "m.vtu")
+    for name in ("points", "cells", "tissue"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(mesh, name))
+    assert list(read.boundaries) == ["skin", "posterior"]
+    for name, faces in mesh.boundaries.items():
+        np.testing.assert_array_equal(read.boundaries[name], faces)
+
+
+def test_a_mesh_without_boundaries_reads_back(mesh: TetMesh, tmp_path: Path) -> None:
+    write_mesh(replace(mesh, boundaries={}), tmp_path / "m.vtu")
+    assert read_mesh(tmp_path / "m.vtu").boundaries == {}
+
+
+def test_fields_read_back_on_nodes_and_cells(mesh: TetMesh, tmp_path: Path) -> None:
+    J, strain = np.array([0.9, 1.1]), np.arange(18.0).reshape(2, 3, 3)
+    write_mesh(
+        mesh, tmp_path / "m.vtu", point_data={"u_mm": mesh.points}, cell_data={"J": J, "strain": strain}
+    )
+    np.testing.assert_array_equal(read_point_data(tmp_path / "m.vtu", "u_mm"), mesh.points)
+    np.testing.assert_array_equal(read_cell_data(tmp_path / "m.vtu", "J"), J)
+    np.testing.assert_array_equal(read_cell_data(tmp_path / "m.vtu", "strain"), strain.reshape(2, 9))
+
+
+def test_the_file_holds_cells_and_boundary_triangles_with_their_numbers(
+    mesh: TetMesh, tmp_path: Path
+) -> None:
+    write_mesh(mesh, tmp_path / "m.vtu")
+    stored = meshio.read(tmp_path / "m.vtu")
+    assert [(block.type, len(block.data)) for block in stored.cells] == [("tetra10", 2), ("triangle6", 4)]
+    assert [list(values) for values in stored.cell_data["boundary"]] == [[0, 0], [1, 1, 1, 2]]
+    assert [list(values) for values in stored.cell_data["tissue"]] == [[2, 4], [0, 0, 0, 0]]
+
+
+def test_the_same_mesh_gives_the_same_bytes(mesh: TetMesh, tmp_path: Path) -> None:
+    write_mesh(mesh, tmp_path / "a.vtu")
+    write_mesh(mesh, tmp_path / "b.vtu")
+    assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()
+
+
+def test_an_unknown_boundary_or_field_is_named_with_the_choices(mesh: TetMesh, tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match="unknown boundary 'front'; choose one of: skin, posterior"):
+        write_mesh(replace(mesh, boundaries={"front": mesh.boundaries["skin"]}), tmp_path / "m.vtu")
+    assert not list(tmp_path.iterdir())
+    write_mesh(mesh, tmp_path / "m.vtu", point_data={"x_mm": mesh.points})
+    with pytest.raises(MeshError, match="no point data 'u_mm'; it has: x_mm"):
+        read_point_data(tmp_path / "m.vtu", "u_mm")
+    with pytest.raises(MeshError, match="no cell data 'J'; it has: tissue, boundary"):
+        read_cell_data(tmp_path / "m.vtu", "J")
+
+
+def test_a_file_without_quadratic_tetrahedra_is_refused(tmp_path: Path) -> None:
+    meshio.Mesh(CORNERS, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "linear.vtu")
+    with pytest.raises(MeshError, match="no quadratic tetrahedra"):
+        read_mesh(tmp_path / "linear.vtu")
