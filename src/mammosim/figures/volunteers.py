@@ -114,7 +114,8 @@ def registration(fixed: Image, before: Image, after: Image, steps: pd.DataFrame,
     axes[2].set(ylabel="distance (mm)", title="residual")
     axes[2].set_xticks(range(len(steps)), [str(s).replace("_", " ") for s in steps["step"]], rotation=20)
     axes[2].grid(False, axis="x")
-    axes[2].legend(fontsize=7)
+    axes[2].margins(y=0.4)
+    axes[2].legend(fontsize=7, loc="upper right")
     axes[1].set_ylabel("")
     return figure
 
