@@ -16,10 +16,11 @@ from mammosim.meshing.remesh import Size
 from mammosim.meshing.surface import surface_of_labels
 from mammosim.meshing.tetrahedra import mesh_surface
 
-# ASSUME: tissue within 20 mm of the rib cage is chest wall, meshed with the larger elements; the size
-# ASSUME: changes over the next 20 mm to that of the breast.
+# ASSUME: tissue within 20 mm of the rib cage is chest wall and gets its larger elements.
+# ASSUME: between 20 and 40 mm from the rib cage the element size changes linearly to that of the breast.
 CHEST_MM, CHANGE_MM = 20.0, 20.0
-PER_THICKNESS = 1.2  # largest edge length over the thickness of a layer
+# ASSUME: elements up to 1.2 times as long as a layer is thick follow it well enough.
+PER_THICKNESS = 1.2
 # Voxels finer than this fraction of the smallest element are thinned out before the surface is built.
 VOXELS_PER_ELEMENT = 6
 

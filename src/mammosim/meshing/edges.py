@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from mammosim.core.errors import MeshError
+
 SHORT, LONG = 4 / 5, 4 / 3
 # A triangle may turn by at most acos(0.5) = 60 degrees in one step, and a new edge may not fold sharper.
 LEAST_COSINE = 0.5
@@ -27,7 +29,14 @@ class Net(NamedTuple):
 
 
 def resized(points: np.ndarray, triangles: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and triangles with edges split, collapsed and flipped towards the vertex sizes h (n,)."""
+    """Points and triangles with edges split, collapsed and flipped towards the vertex sizes h (n,).
+
+    Raises MeshError when more than MOST_NEIGHBOURS triangles meet at a vertex.
+    """
+    if (most := np.bincount(triangles.ravel()).max()) > MOST_NEIGHBOURS:
+        raise MeshError(
+            f"{most} triangles meet at a vertex, at most {MOST_NEIGHBOURS} may; divide them first"
+        )
     spare = len(points) + 1000
     n, m = len(points), len(triangles)
     net = Net(

@@ -22,6 +22,7 @@ SWEEPS, FITTED_SWEEPS = 4, 5  # at full size
 KEPT = 0.1  # weight of a vertex's own place, relative to the planes it is fitted to
 # A given triangle belongs to the nearest of some vertices whose normal has at least this cosine with its own.
 NEIGHBOURS, SAME_SIDE = 8, 0.3
+TINY = 1e-12  # mm2, against division by the area of a triangle that has none
 
 
 def remeshed(surface: Surface, size: Size) -> Surface:
@@ -48,7 +49,7 @@ def _growing(surface: Surface, size: Size) -> list[float]:
 def _relaxed(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Vertices moved in their tangent plane to the area-weighted mean of the triangles around them."""
     area_normal, centre = _area_normals(points, triangles)
-    area = np.linalg.norm(area_normal, axis=1, keepdims=True)
+    area = np.maximum(np.linalg.norm(area_normal, axis=1, keepdims=True), TINY)
     at_corners = np.repeat(np.hstack([area, area * centre]), 3, axis=0)
     total, weighted = np.split(_sums(at_corners, triangles.ravel(), len(points)), [1], axis=1)
     normal = _vertex_normals(points, triangles)
@@ -63,15 +64,15 @@ def _fitted(points: np.ndarray, triangles: np.ndarray, given: Surface) -> np.nda
     normal, c their centre; where these say nothing, it stays. So it lies on creases and corners.
     """
     area_normal, c = _area_normals(given.points, given.triangles)
-    a = np.linalg.norm(area_normal, axis=1)
+    a = np.maximum(np.linalg.norm(area_normal, axis=1), TINY)
     n = area_normal / a[:, None]
-    _, near = cKDTree(points).query(c, k=NEIGHBOURS)
+    _, near = cKDTree(points).query(c, k=min(NEIGHBOURS, len(points)))
     same_side = np.einsum("md,mkd->mk", n, _vertex_normals(points, triangles)[near]) > SAME_SIDE
     v = near[np.arange(len(near)), same_side.argmax(axis=1)]
     a_n_n = (a[:, None, None] * n[:, :, None] * n[:, None]).reshape(-1, 9)
     A = _sums(a_n_n, v, len(points)).reshape(-1, 3, 3)
     b = _sums((a * np.sum(n * (c - points[v]), axis=1))[:, None] * n, v, len(points))
-    A += (KEPT * np.trace(A, axis1=1, axis2=2) + np.finfo(float).tiny)[:, None, None] * np.eye(3)
+    A += (KEPT * np.trace(A, axis1=1, axis2=2) + TINY)[:, None, None] * np.eye(3)
     return points + np.linalg.solve(A, b[..., None])[..., 0]
 
 
@@ -82,7 +83,7 @@ def _balanced(points: np.ndarray, triangles: np.ndarray, nearest: NearestOnTrian
     corner, exact for a quadratic surface. A vertex rises by the mean over the triangles around it.
     """
     area_normal, centre = _area_normals(points, triangles)
-    area = np.linalg.norm(area_normal, axis=1)
+    area = np.maximum(np.linalg.norm(area_normal, axis=1), TINY)
     normal = _vertex_normals(points, triangles)
     at_centre = np.sum((nearest(centre)[0] - centre) * area_normal, axis=1) / area
     at_corners = np.sum((nearest(points)[0] - points) * normal, axis=1)[triangles].sum(axis=1)
@@ -96,7 +97,7 @@ def _vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Unit normals (n, 3): means over the triangles around each vertex, weighted by area."""
     area_normal, _ = _area_normals(points, triangles)
     normal = _sums(np.repeat(area_normal, 3, axis=0), triangles.ravel(), len(points))
-    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), TINY)
 
 
 def _area_normals(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
