@@ -45,7 +45,7 @@ rule numbers:
     """Every number that the report and the README quote, by name."""
     input:
         tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
-        library=library("numbers.py"),
+        library=library("collect_numbers.py"),
     output:
         "results/study/numbers.json",
     log:
@@ -55,7 +55,7 @@ rule numbers:
     resources:
         mem_mb=500,
     script:
-        "../scripts/numbers.py"
+        "../scripts/collect_numbers.py"
 
 
 rule provenance:

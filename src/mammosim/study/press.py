@@ -8,6 +8,10 @@ from mammosim.core.errors import MeshError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.compression import Plates
 
+# Held points this far above and below the nipple are the ribs behind the breast, not a cut of the body.
+LEVEL_MM = 40.0
+# Skin this far above and below the nipple is the chest's; the plates pass it at this distance.
+BREAST_MM, CLEARANCE_MM = 65.0, 1.0
 UP, FORWARD = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
@@ -17,19 +21,22 @@ def craniocaudal_plates(
     """Two horizontal plates in front of the chest wall, level with the breast between them.
 
     nipple (3,) mm, stress-free; plate_mm: width (x, centred on it), depth (y), height (z), edge_radius.
-    chest_gap_mm: from the foremost held point behind the plates to their chest edge.
+    chest_gap_mm: from the foremost rib behind the breast to the plates' chest edge,
+    which also keeps clear of the chest's skin above and below the breast.
     Raises MeshError when no skin lies between them.
     """
     # ASSUME: the plates end in front of the chest's skin; the breast is not pulled onto them.
     # ASSUME: only one breast is between the plates; the other is kept out of their way.
     half_width = plate_mm["width"] / 2
     behind = mesh.points[mesh.boundary_nodes("posterior")]
-    behind = behind[np.abs(behind[:, 0] - nipple[0]) < half_width]
-    if len(behind) == 0:
+    near = (np.abs(behind[:, 0] - nipple[0]) < half_width) & (np.abs(behind[:, 2] - nipple[2]) < LEVEL_MM)
+    if not near.any():
         raise MeshError(f"no chest wall within {half_width:g} mm of the nipple's x = {nipple[0]:.0f} mm")
-    edge = behind[:, 1].min() - chest_gap_mm
     skin = mesh.points[mesh.boundary_nodes("skin")]
-    between = skin[(np.abs(skin[:, 0] - nipple[0]) < half_width) & (skin[:, 1] < edge)]
+    skin = skin[np.abs(skin[:, 0] - nipple[0]) < half_width]
+    chest = skin[np.abs(skin[:, 2] - nipple[2]) > BREAST_MM, 1].min(initial=np.inf)
+    edge = min(behind[near, 1].min() - chest_gap_mm, chest - CLEARANCE_MM)
+    between = skin[skin[:, 1] < edge]
     if len(between) == 0:
         raise MeshError(
             f"no skin lies before the plates' chest edge at y = {edge:.0f} mm; the breast reaches to "
