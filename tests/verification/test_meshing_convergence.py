@@ -90,7 +90,7 @@ def test_any_chest_meshes_at_once_and_soundly(
     assert table["mean_ratio"].min() > 0.15
     voxels = np.isin(labels.values, DEFORMABLE).sum() * labels.grid.voxel_volume
     # Elements h of the chest wall cut off the two corners of a rim by triangles of legs h / 2 at most, which
-    # makes h^2 / 4 in all; the rim runs along both ends of the cage (440 mm each) and its two sides (185 mm each).
+    # makes h^2 / 4; the rim runs along both ends of the cage, 440 mm each, and two sides, 185 mm each.
     lost = size[1] ** 2 / 4 * 2 * (440 + 185)
     assert -lost < table["volume_mm3"].sum() - voxels < 0.01 * voxels
     assert _skin_error(mesh, labels) < spacing
