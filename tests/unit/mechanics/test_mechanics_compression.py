@@ -1,0 +1,108 @@
+"""Two plates press with equal forces, do the work that the body stores, and go where they are asked."""
+
+import numpy as np
+import pytest
+from mechanics_bodies import box
+
+from mammosim.core.errors import EquilibriumError, MechanicsError
+from mammosim.core.labels import Label
+from mammosim.core.tissues import Tissue
+from mammosim.core.units import MN_PER_N
+from mammosim.mechanics.body import body_effects
+from mammosim.mechanics.compression import Plates, PressSettings, compress
+from mammosim.mechanics.equilibrium import Settings
+from mammosim.mechanics.newton import NewtonSettings
+from mammosim.mechanics.strain import cell_strain
+
+TISSUES = {Label.ADIPOSE: Tissue(5.0, 0.45, 1.0)}
+
+
+@pytest.fixture(scope="module")
+def block():
+    """A block of 30 x 24 x 30 mm that stands out along z from where it is held; pressed along y."""
+    return box((3, 2, 3), (30.0, 24.0, 30.0))
+
+
+def plates_for(mesh):
+    points = mesh.points[mesh.points[:, 2] > 12.0]
+    return Plates.covering(
+        points, direction=np.array([0.0, 1.0, 0.0]), outward=np.array([0.0, 0.0, 1.0]), edge_radius_mm=6.0
+    )
+
+
+@pytest.fixture(scope="module")
+def pressed(block):
+    return compress(block, body_effects(block, TISSUES), plates=plates_for(block), thickness_mm=18.0)
+
+
+def test_plates_start_where_they_touch_and_end_where_they_are_asked(pressed):
+    thickness = pressed.path["thickness_mm"]
+    assert thickness.iloc[0] == pytest.approx(24.0)
+    assert pressed.path["force_n"].iloc[0] == 0.0
+    assert thickness.iloc[-1] == 18.0
+    assert thickness.is_monotonic_decreasing
+
+
+def test_the_skin_stays_outside_the_plates_but_for_the_penalty(pressed):
+    assert pressed.path["penetration_mm"].max() <= PressSettings().penetration_mm
+    between = pressed.points[pressed.points[:, 2] > 20.0]
+    assert np.abs(between[:, 1] - 12.0).max() <= 9.0 + 2 * pressed.path["penetration_mm"].iloc[-1]
+
+
+def test_paddle_and_support_press_alike_on_a_symmetric_body(pressed):
+    # The block and its plates are symmetric; its mesh is not, which leaves a difference of discretisation.
+    last = pressed.path.iloc[-1]
+    assert last["force_n"] == pytest.approx(last["support_force_n"], rel=0.02)
+    assert pressed.path["force_n"].is_monotonic_increasing
+
+
+def test_all_forces_on_the_body_are_in_balance(pressed, block):
+    """Plates and the held base: the sum of all forces on a body in equilibrium is zero."""
+    reaction = np.zeros_like(pressed.points)
+    body_effects(block, TISSUES)[0].add_gradient(pressed.points, reaction)
+    base = reaction[block.boundary_nodes("posterior")].sum(axis=0)
+    on_plates = sum(contact.force for contact in pressed.contacts)
+    assert np.abs(base - on_plates).max() <= 1e-6 * np.linalg.norm(pressed.contacts[0].force)
+
+
+def test_the_work_of_the_plates_is_the_energy_stored(pressed):
+    """dPi/dthickness is minus the force; Simpson's rule would leave h^4, the trapezoidal rule h^2 of 8 steps."""
+    force = (pressed.path["force_n"] + pressed.path["support_force_n"]) / 2 * MN_PER_N
+    work = -np.trapezoid(force, pressed.path["thickness_mm"])
+    assert work == pytest.approx(pressed.path["energy_uj"].iloc[-1], rel=0.02)
+
+
+def test_pressure_is_force_over_area(pressed):
+    last = pressed.path.iloc[-1]
+    assert last["mean_pressure_kpa"] == pytest.approx(last["force_n"] * MN_PER_N / last["contact_area_mm2"])
+    assert last["peak_pressure_kpa"] > last["mean_pressure_kpa"]
+
+
+def test_pressed_tissue_is_shorter_across_the_plates(pressed, block):
+    strain = cell_strain(block, pressed.points)
+    middle = block.points[block.cells[:, :4]].mean(axis=1)[:, 2] > 18.0
+    # 18 of 24 mm: E = (0.75^2 - 1) / 2 = -0.22 on average.
+    assert strain.principal[middle, 0].mean() == pytest.approx(-0.22, abs=0.03)
+
+
+def test_an_impossible_thickness_is_refused(block):
+    effects = body_effects(block, TISSUES)
+    for thickness in (24.5, 0.0):
+        with pytest.raises(MechanicsError, match="outside"):
+            compress(block, effects, plates=plates_for(block), thickness_mm=thickness)
+
+
+def test_compression_that_fails_names_the_thickness_it_reached(block):
+    few = PressSettings(
+        smallest_step_mm=1.0, solver=Settings(newton=NewtonSettings(max_iterations=2, trusted=0))
+    )
+    with pytest.raises(EquilibriumError, match=r"compression to 18 mm stopped at 24\.00 mm"):
+        compress(
+            block, body_effects(block, TISSUES), plates=plates_for(block), thickness_mm=18.0, settings=few
+        )
+
+
+def test_plates_beside_the_body_are_refused(block):
+    far = Plates(np.array([200.0, 0.0, 0.0]), np.eye(3), np.array([20.0, 20.0, 10.0]), 5.0)
+    with pytest.raises(MechanicsError, match="no skin node lies between the plates"):
+        compress(block, body_effects(block, TISSUES), plates=far, thickness_mm=18.0)
