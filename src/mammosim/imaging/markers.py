@@ -6,19 +6,23 @@ from scipy import ndimage
 from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.volume import Grid, Image
+from mammosim.imaging.coarse import coarsened
 from mammosim.imaging.outline import body_mask, bright_level
 
 # ASSUME: a marker's blob response exceeds half the brightness of fat; corners of fat itself reach 0.37 of it.
 LEAST_RESPONSE = 0.5
+FINEST_MM = 1.0  # markers of 7 mm need no smaller voxels
 # ASSUME: a blob within 10 mm of a listed breast marker or nipple is that one, not a chest marker.
 LISTED_WITHIN_MM = 10.0
 # Four points are collinear when their smaller spread is below this part of the larger one, or below 10 mm.
 LEAST_SPREAD, LEAST_SPREAD_MM = 0.1, 10.0
 N_CHEST = 4
+SHOWN = 8
 
 
 def find_markers(image: Image, *, diameter_mm: float = 7.0) -> np.ndarray:
     """Centres (n, 3) mm of the markers, the most superior first; n may be 0."""
+    image = coarsened(image, FINEST_MM)
     # ASSUME: a marker's centre is less than its diameter and one voxel from the air; vessels lie deeper.
     h = image.grid.spacing[::-1]
     response = blob_response(image, diameter_mm)
@@ -53,7 +57,7 @@ def chest_markers(image: Image, listed: Fiducials, *, diameter_mm: float = 7.0) 
 
 def require_four(chest: np.ndarray) -> None:
     """Raises FiducialError unless chest (n, 3) mm are four points that fix a rigid motion."""
-    places = "; ".join(f"({x:.1f}, {y:.1f}, {z:.1f})" for x, y, z in chest) or "nowhere"
+    places = "; ".join(f"({x:.1f}, {y:.1f}, {z:.1f})" for x, y, z in chest[:SHOWN]) or "nowhere"
     if len(chest) != N_CHEST:
         raise FiducialError(
             f"{len(chest)} chest markers at {places} mm, {N_CHEST} are needed; list chest_1 to "
@@ -76,11 +80,10 @@ def blob_response(image: Image, diameter_mm: float) -> np.ndarray:
     h = image.grid.spacing[::-1]
     sigma = np.maximum(diameter_mm / 2 / np.sqrt(3), 0.5 * h)
     smooth = ndimage.gaussian_filter(image.values, sigma / h)
-    laplace = [
-        ndimage.correlate1d(smooth, [1, -2, 1], axis) * (s / d) ** 2
-        for axis, (s, d) in enumerate(zip(sigma, h))
-    ]
-    return -np.sum(laplace, axis=0) / bright_level(image)
+    response = np.zeros_like(smooth)
+    for axis, (s, d) in enumerate(zip(sigma, h)):
+        response -= ndimage.correlate1d(smooth, [1, -2, 1], axis) * (s / d) ** 2
+    return response / bright_level(image)
 
 
 def _centre(image: Image, start: np.ndarray, diameter_mm: float) -> np.ndarray:

@@ -15,7 +15,7 @@ SKIN_LEVEL = 0.12
 def body_mask(image: Image) -> np.ndarray:
     """Body (nz, ny, nx) bool: the largest object brighter than air, with what it encloses in axial slices.
 
-    Lungs that reach the posterior border count as enclosed. Raises ImageError when no body is in the image.
+    Dark parts that reach no air in front count as enclosed. Raises ImageError when no body is in the image.
     """
     # ASSUME: the body begins at 12 % of the brightness of fat, or at Otsu's threshold of the logarithm.
     if np.ptp(image.values) == 0:
@@ -51,6 +51,6 @@ def torso_depth(body: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 
 
 def fill_axial(axial: np.ndarray) -> np.ndarray:
-    """One slice (ny, nx) with its holes filled, the posterior border (last row) taken as closed."""
-    closed = np.vstack([axial, np.full((1, axial.shape[1]), True)])
-    return ndimage.binary_fill_holes(closed)[:-1]
+    """One slice (ny, nx) with all filled that air in front of the body (first row) does not reach."""
+    closed = np.pad(axial, ((0, 1), (1, 1)), constant_values=True)
+    return ndimage.binary_fill_holes(closed)[:-1, 1:-1]

@@ -5,12 +5,14 @@ import numpy as np
 from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.positions import gravity_direction
 from mammosim.core.volume import Image
+from mammosim.imaging.coarse import coarsened, spread
 from mammosim.imaging.outline import body_mask, bright_level
 
 # ASSUME: gravity may differ by up to 60 degrees from the usual direction of the claimed position.
 LARGEST_ANGLE_DEG = 60.0
 # ASSUME: tissue that covers less than 50 mm2 of a border is noise or a marker, not a breast that is cut off.
 SMALLEST_CUT_MM2 = 50.0
+FINEST_MM = 1.0
 # Third letter of the PatientPosition tag: prone or supine on the table (DICOM PS3.3 C.7.3.1.1.2).
 LYING = {"prone": "P", "supine": "S", "supine_tilted": "S"}
 
@@ -22,9 +24,10 @@ def image_quality(image: Image, *, position: str) -> dict[str, str | float]:
     protrusion_*_mm: how far that half of the chest stands out in front of the midline.
     noise: standard deviation of one channel, from the air's median (Rayleigh: median = sigma sqrt(2 ln 2)).
     """
-    body, spacing = body_mask(image), image.grid.spacing
+    coarse = coarsened(image, FINEST_MM)
+    body, spacing = body_mask(coarse), image.grid.spacing
     extent = spacing * image.grid.shape[::-1]
-    air = image.values[~body]
+    air = image.values[~spread(body, image.grid, FINEST_MM)]
     noise = float(np.median(air) / np.sqrt(2 * np.log(2))) if air.size else float("nan")
     tilt = np.degrees(np.arccos(np.clip(np.diag(image.grid.direction).min(), -1, 1)))
     return {
@@ -33,9 +36,9 @@ def image_quality(image: Image, *, position: str) -> dict[str, str | float]:
         **{f"extent_{axis}_mm": float(L) for axis, L in zip("xyz", extent)},
         "tilt_deg": float(tilt),
         "noise": noise,
-        "fat_to_noise": bright_level(image) / noise if noise > 0 else float("inf"),
-        **_margins(body, spacing),
-        **_protrusion(body, spacing[1]),
+        "fat_to_noise": bright_level(coarse) / noise if noise > 0 else float("inf"),
+        **_margins(body, coarse.grid.spacing),
+        **_protrusion(body, coarse.grid.spacing[1]),
     }
 
 
@@ -78,7 +81,8 @@ def _require_tag(position: str, patient_position: str | None) -> None:
 
 
 def _require_whole(image: Image, position: str) -> None:
-    body, (dx, dy, dz) = body_mask(image), image.grid.spacing
+    coarse = coarsened(image, FINEST_MM)
+    body, (dx, dy, dz) = body_mask(coarse), coarse.grid.spacing
     front = _front_half(body)
     faces = {
         "anterior": (body[:, 0, :], dx * dz),

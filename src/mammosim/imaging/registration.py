@@ -9,6 +9,7 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import Grid, Image, LabelMap
+from mammosim.imaging.coarse import coarsened
 from mammosim.imaging.landmarks import icp, match, residual
 from mammosim.imaging.outline import body_mask, torso_depth
 from mammosim.io.images import itk_volume
@@ -19,6 +20,7 @@ WALL_MM = 20.0
 # ASSUME: an image refinement that moves a chest marker by more than 10 mm has gone astray.
 LARGEST_MOVE_MM = 10.0
 SMALLEST_VOXELS = 1000
+FINEST_MM = 1.5  # finer images cost memory and move the result by less than the markers' error
 # Coarse to fine: smoothing in mm; the last level takes the images as they are.
 SMOOTHING_MM = (4.0, 2.0, 0.0)
 LARGEST_STEP_MM, SMALLEST_STEP_MM = 1.0, 0.005
@@ -47,6 +49,7 @@ def register(
 
     Raises FiducialError when the markers do not match, ImageError when no rib cage is in the fixed image.
     """
+    fixed, moving = coarsened(fixed, FINEST_MM), coarsened(moving, FINEST_MM)
     landmark, icp_iterations = icp(moving_markers, fixed_markers, match(moving_markers, fixed_markers))
     inside = rib_cage(fixed)
     refined, iterations = _refine(fixed, moving, inside, landmark)

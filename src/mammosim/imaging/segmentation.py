@@ -14,6 +14,7 @@ from mammosim.core.labels import Label
 from mammosim.core.progress import progress
 from mammosim.core.rng import generator
 from mammosim.core.volume import Image, LabelMap
+from mammosim.imaging.coarse import coarsened, spread
 from mammosim.imaging.contour import grow
 from mammosim.imaging.features import NAMES, features
 from mammosim.imaging.markers import find_markers
@@ -27,6 +28,8 @@ SKIN_MM = 3.0
 LEAST_POINTS = 3
 AIR_POINTS = 300
 MARKER_MM = 7.0
+# ASSUME: tissues are told apart on voxels of about 1.5 mm that finer images are averaged to.
+FINEST_MM = 1.5
 AT_ONCE = 200_000
 
 
@@ -84,6 +87,7 @@ def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segme
     The tissue that moves is one piece without cavities: the thorax behind it, the air around, skin between.
     Raises SegmentationError: a missing column, an unknown tissue, a tissue without strokes, a point outside.
     """
+    fine, image = image, coarsened(image, FINEST_MM)
     voxels, classes = _training(image, strokes)
     body = body_mask(image)
     X = features(image, neighbourhood_mm=settings.neighbourhood_mm)
@@ -95,7 +99,10 @@ def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segme
     seeds = np.zeros(image.grid.shape, np.uint8)
     seeds[tuple(voxels.T)] = classes
     labels = _contours(Evidence(p, seeds, settings.smoothing), image)
-    return Segmentation(LabelMap(image.grid, labels), Image(image.grid, p[Label.GLANDULAR]))
+    return Segmentation(
+        LabelMap(fine.grid, spread(labels, fine.grid, FINEST_MM)),
+        Image(fine.grid, spread(p[Label.GLANDULAR], fine.grid, FINEST_MM)),
+    )
 
 
 @dataclass(frozen=True)
