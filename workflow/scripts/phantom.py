@@ -9,7 +9,7 @@ from mammosim.io.images import read_labels, write_labels
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_json, write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.phantom import Lesion, conservation, field_grid, voxel_breast, with_lesion
+from mammosim.study.phantom import Lesion, conservation, field_box, field_grid, voxel_breast, with_lesion
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:
@@ -17,10 +17,13 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
     segmentation = read_labels(files["labels"])
     to_scanner = read_transform(files["transform"]).inverse()
     measured = to_scanner(read_mesh(files["measured"]).points)
-    low = np.array([-np.inf, -np.inf, plates["support_z_mm"]])
-    high = np.array([np.inf, plates["chest_y_mm"], plates["paddle_z_mm"]])
-    side = 0 if job["side"] == "left" else 1
-    (low if side == 0 else high)[0] = 0.0
+    low, high = field_box(
+        job["side"],
+        midline_mm=0.0,
+        chest_wall_mm=plates["chest_y_mm"],
+        bottom_mm=plates["support_z_mm"],
+        top_mm=plates["paddle_z_mm"],
+    )
     grid = field_grid(mesh, low, high, voxel_mm=settings["voxel_mm"])
     healthy = voxel_breast(mesh, measured, segmentation, grid=grid, skin_mm=settings["skin_mm"])
     density = {Label[name.upper()]: value for name, value in settings["density_g_cm3"].items()}

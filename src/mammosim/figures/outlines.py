@@ -26,14 +26,14 @@ def outline(points: np.ndarray, triangles: np.ndarray, axis: int, at_mm: float) 
 
 
 def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: float) -> None:
-    """The skin of each shape in one plane, each in a colour of its own."""
+    """The skin of each shape in one plane, the first ones broader, so that all show where they coincide."""
     cut, across, along = PLANES[plane]
     for number, (name, mesh) in enumerate(shapes.items()):
         segments = outline(mesh.points, boundary_triangles(mesh.boundaries["skin"]), 2 - cut, at_mm)
         lines = LineCollection(
             segments[:, :, [across, along]].tolist(),
             colors=SERIES[number % len(SERIES)],
-            linewidths=1.7,
+            linewidths=max(3.6 - 0.8 * number, 1.0),
             label=name,
             capstyle="round",
         )

@@ -11,6 +11,10 @@ from mammosim.core.volume import LabelMap
 from mammosim.figures.slices import draw_labels, tissue_legend
 from mammosim.figures.style import BLUE, GREEN, ORANGE, VERMILION, new_figure, styled
 
+# Attenuation, -ln(transmission), above which a pixel is breast: more than the beam falls towards the corners of
+# the field, less than 1 cm of fat.
+IN_BREAST = 0.5
+
 
 @styled
 def phantom_slices(labels: LabelMap) -> Figure:
@@ -47,7 +51,7 @@ def mammogram(
     """
     unobstructed = unobstructed or float(np.percentile(image, 99))
     shown = np.log(unobstructed / np.maximum(image, unobstructed * 1e-6))
-    breast = shown > 0.25
+    breast = shown > IN_BREAST
     rows, columns = np.nonzero(breast)
     r1 = min(rows.max() + 12, image.shape[0] - 1)
     c0, c1 = max(columns.min() - 12, 0), min(columns.max() + 12, image.shape[1] - 1)
@@ -85,7 +89,7 @@ def _draw_facts(ax: Axes, row: dict[str, float]) -> None:
     facts = (
         ("exposure", "{mas:.0f} mAs"),
         ("glandular dose", "{dose_mgy:.2f} ± {dose_se_mgy:.2f} mGy"),
-        ("thickness", "{breast_thickness_mm:.0f} mm"),
+        ("thickness at the lesion", "{thickness_at_lesion_mm:.0f} mm"),
         ("scatter / primary", "{scatter_to_primary:.2f}"),
         ("lesion contrast", "{contrast_percent:.1f} %"),
         ("CNR", "{cnr:.2f} ± {cnr_se:.2f}"),

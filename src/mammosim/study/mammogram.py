@@ -137,7 +137,7 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
     scatter = 0.0 if view.scatter is None else (view.scatter.signal / without.signal)[lesion].mean()
     row |= {
         "scatter_to_primary": float(scatter),
-        "breast_thickness_mm": float(lengths[..., 1:].sum(-1).max()),
+        "thickness_at_lesion_mm": float(lengths[lesion, 1:].sum(-1).mean()),
     }
     return Mammogram(exposure, lesion, ring, row)
 

@@ -23,6 +23,7 @@ GROUPS: Mapping[str, tuple[Label, ...]] = {
     "adipose and skin": (Label.ADIPOSE, Label.SKIN),
     "muscle": (Label.MUSCLE,),
 }
+PLATE_MARGIN_MM = 3.0
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,13 @@ def field_box(
     """Lower and upper corner (3,) of what lies in a craniocaudal X-ray field: one breast between the plates.
 
     side: 'left' (x above midline_mm) or 'right'; chest_wall_mm: y of the field's edge at the chest wall;
-    bottom_mm, top_mm: z of the faces of the plates.
+    bottom_mm, top_mm: z of the faces of the plates. The box is PLATE_MARGIN_MM higher and lower than these,
+    so that skin which the contact lets into a plate still has air outside.
     """
     # ASSUME: the X-ray field ends at the midline and at the edge of the plates.
-    low = np.array([midline_mm if side == "left" else -np.inf, -np.inf, bottom_mm])
-    high = np.array([np.inf if side == "left" else midline_mm, chest_wall_mm, top_mm])
+    bottom, top = bottom_mm - PLATE_MARGIN_MM, top_mm + PLATE_MARGIN_MM
+    low = np.array([midline_mm if side == "left" else -np.inf, -np.inf, bottom])
+    high = np.array([np.inf if side == "left" else midline_mm, chest_wall_mm, top])
     return low, high
 
 

@@ -4,7 +4,15 @@ import pytest
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap, grid_around
-from mammosim.study.phantom import Lesion, conservation, field_grid, skin_depth, voxel_breast, with_lesion
+from mammosim.study.phantom import (
+    Lesion,
+    conservation,
+    field_box,
+    field_grid,
+    skin_depth,
+    voxel_breast,
+    with_lesion,
+)
 from mammosim.study.quadrature import material_volume
 
 EVERYWHERE = (np.full(3, -np.inf), np.full(3, np.inf))
@@ -74,6 +82,16 @@ def test_skin_is_the_outermost_layer_of_the_asked_thickness_but_not_on_the_held_
     y = grid.origin[1] + grid.spacing[1] * np.arange(grid.shape[1])
     column = values[grid.shape[0] // 2, :, grid.shape[2] // 2]
     np.testing.assert_array_equal(column == Label.SKIN, (y > 0) & (y < 1.5))
+
+
+def test_skin_lies_along_the_plates_even_where_the_contact_lets_it_in_a_little(block, segmented):
+    mesh = block()  # from 0 to 30 mm along z
+    low, high = field_box("left", midline_mm=-5.0, chest_wall_mm=15.0, bottom_mm=0.2, top_mm=29.8)
+    grid = field_grid(mesh, low, high, voxel_mm=0.5)
+    values = voxel_breast(mesh, mesh.points, segmented, grid=grid, skin_mm=1.5).values
+    z = grid.origin[2] + grid.spacing[2] * np.arange(grid.shape[0])
+    column = values[:, grid.shape[1] // 2, grid.shape[2] // 2]
+    np.testing.assert_array_equal(column == Label.SKIN, ((z > 0) & (z < 1.5)) | ((z > 28.5) & (z < 30)))
 
 
 def test_skin_depth_is_the_distance_to_the_skin_to_half_a_voxel(block):
