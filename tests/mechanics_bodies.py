@@ -1,4 +1,4 @@
-"""Simple bodies that the tests of the mechanics share: boxes cut by hand, and parts of a sphere cut by gmsh."""
+"""Simple bodies for the tests of the mechanics: boxes cut by hand, and parts of a ball cut by gmsh."""
 
 from itertools import permutations
 
@@ -13,7 +13,7 @@ _FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 
 def box(counts=(2, 2, 2), size=(1.0, 1.0, 1.0), posterior_axis=2):
-    """A box from the origin, six tetrahedra a brick; `posterior` is its face at 0 of an axis, `skin` the rest."""
+    """A box of six tetrahedra a brick; `posterior` is its face at 0 of an axis, `skin` the rest."""
     grid = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), axis=-1)
     number = np.arange(grid[..., 0].size).reshape(grid.shape[:3])
     corner = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -41,7 +41,7 @@ def _quadratic(points, tets, posterior_axis):
 
 
 def sphere_part(radius, edge, *, octant=False):
-    """The half z > 0 of a ball about the origin, or its octant; `posterior` is its face in z = 0, `skin` the sphere."""
+    """Half of a ball, z > 0, or its octant; `posterior` is in z = 0, `skin` on the sphere."""
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

@@ -1,8 +1,9 @@
 """The hanging hemisphere and the pressed ball against solutions that were computed independently.
 
-R = 60 mm, 1 g/cm3, form B. Hanging: flat face held, gravity away from it; apex displacement in mm, from axisymmetric
-high-order solutions graded to the clamped edge. Pressed: half of a ball of E = 1 kPa, nu 0.45 between plates from 120 to
-60 mm; three other programs give 12.460 to 12.467 mm at both free points.
+R = 60 mm, 1 g/cm3, form B. Hanging: flat face held, gravity away from it; displacement of the apex in mm:
+converged, from axisymmetric high-order solutions graded to the clamped edge, and on the mesh of 8 mm, where
+felupe, dolfinx and CalculiX agree. Pressed: half of a ball of E = 1 kPa, nu 0.45 between plates from 120 to
+60 mm.
 """
 
 import numpy as np
@@ -29,7 +30,7 @@ def coarse():
 
 @pytest.fixture(scope="module")
 def fine():
-    return sphere_part(60.0, 9.0)
+    return sphere_part(60.0, 8.0)
 
 
 def apex_displacement(mesh, E, nu, **options):
@@ -41,18 +42,20 @@ def apex_displacement(mesh, E, nu, **options):
 
 
 @pytest.mark.parametrize(
-    ("E", "nu", "reference", "error"),
-    [(1.0, 0.45, 13.4175, 0.004), (0.3, 0.45, 76.6884, 0.01), (0.5, 0.495, 29.7452, 0.004)],
+    ("E", "nu", "converged", "others"),
+    [(1.0, 0.45, 13.4175, 13.3872), (0.3, 0.45, 76.6884, 76.2379), (0.5, 0.495, 29.7452, 29.7069)],
 )
-def test_the_hanging_hemisphere_converges_to_its_reference(coarse, fine, E, nu, reference, error):
-    far, near = (abs(apex_displacement(mesh, E, nu)[0] / reference - 1) for mesh in (coarse, fine))
-    # The clamped edge is singular, so the rate is low; published programs have 0.2-0.6 % at 8 mm.
-    assert near < error
-    assert near < far
+def test_the_hanging_hemisphere_is_that_of_other_programs_and_converges(
+    coarse, fine, E, nu, converged, others
+):
+    far, near = (apex_displacement(mesh, E, nu)[0] for mesh in (coarse, fine))
+    # Another version of gmsh cuts other cells: that changes the mesh's error, 0.1 to 0.6 %, by a part of it.
+    assert near == pytest.approx(others, rel=2e-3)
+    assert abs(near - converged) < abs(far - converged)
 
 
 def test_full_load_takes_few_iterations_even_near_incompressibility(coarse):
-    """The pressure predicted at the integration points keeps Newton from creeping: 4 to 10, where others take 15-34."""
+    """The predicted pressure keeps Newton from creeping: 4 to 10 iterations, where others take 15 to 34."""
     for E, nu in ((1.0, 0.45), (0.3, 0.45), (0.5, 0.495), (0.5, 0.4999)):
         _, state = apex_displacement(coarse, E, nu)
         assert len(state.history) <= 12
@@ -62,21 +65,22 @@ def test_full_load_takes_few_iterations_even_near_incompressibility(coarse):
 def test_a_skin_membrane_holds_back_as_a_resolved_skin_does(fine):
     """A resolved outer layer of 2 mm and 10 kPa leaves 23.10 mm of 76.7 at E = 0.3 kPa.
 
-    The membrane lies at 60 mm instead of 58 to 60, and wrinkles: within 5 %, which is what a membrane may cost here.
+    The membrane lies at 60 mm instead of 58 to 60, and it wrinkles: within 5 %.
     """
     with_skin, _ = apex_displacement(fine, 0.3, 0.45, skin=Skin(10.0, 0.45, 2.0))
     assert with_skin == pytest.approx(23.1043, rel=0.05)
 
 
-def test_gravity_towards_the_base_without_skin_has_no_state_near_and_is_refused(coarse):
+def test_gravity_towards_the_base_without_skin_loses_stability_and_is_refused(coarse):
+    """E = 0.2 kPa: equilibria end at about four fifths of the load on this mesh."""
     with pytest.raises(EquilibriumError, match="stability") as caught:
         load(
             coarse,
-            {Label.ADIPOSE: Tissue(0.3, 0.45, 1.0)},
+            {Label.ADIPOSE: Tissue(0.2, 0.45, 1.0)},
             -HANGING,
-            settings=Settings(newton=NewtonSettings(max_iterations=25), smallest_step=1 / 16),
+            settings=Settings(newton=NewtonSettings(max_iterations=15), smallest_step=0.2),
         )
-    assert 0.0 < caught.value.load_factor < 1.0
+    assert 0.4 < caught.value.load_factor < 0.9
 
 
 def test_a_ball_pressed_to_half_its_width():

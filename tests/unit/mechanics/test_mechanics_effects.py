@@ -1,4 +1,4 @@
-"""Every effect is a potential: its gradient and tangent are the derivatives of its energy, and rotation stores none."""
+"""Every effect is a potential: gradient and tangent derive from its energy, and rotation stores none."""
 
 import numpy as np
 import pytest
@@ -68,8 +68,8 @@ def test_the_gradient_is_the_derivative_of_the_energy(mesh, name):
     effect, x = effects(mesh)[name], deformed(mesh)
     v, h = generator("direction", name).standard_normal(x.shape), 1e-4
     difference = (effect.energy(x + h * v) - effect.energy(x - h * v)) / (2 * h)
-    # Central differences: h^2 of truncation, energy * 1e-16 / h of rounding; the contact's energy has kinks in its
-    # second derivative, which leave an error of order h.
+    # Central differences: h^2 of truncation, energy * 1e-16 / h of rounding; the contact's energy has kinks
+    # in its second derivative, which leave an error of order h.
     tolerance = 1e-5 if name == "plate" else 1e-7
     assert np.sum(gradient(effect, x) * v) == pytest.approx(difference, rel=tolerance)
 
@@ -80,7 +80,7 @@ def test_the_tangent_is_the_derivative_of_the_gradient(mesh, name):
     v, h = generator("direction", name).standard_normal(x.shape), 1e-6
     difference = (gradient(effect, x + h * v) - gradient(effect, x - h * v)) / (2 * h)
     product = (tangent(effect, mesh, x) @ v.ravel()).reshape(x.shape)
-    # Central differences of step 1e-6: truncation 1e-12, rounding 1e-16 / 1e-6, relative to the largest entry.
+    # Central differences of step 1e-6: truncation 1e-12, rounding 1e-16 / 1e-6, of the largest entry.
     assert np.abs(product - difference).max() <= 1e-7 * max(1.0, np.abs(difference).max())
 
 

@@ -78,7 +78,7 @@ def test_twice_the_stiffness_and_density_is_the_same_shape(mesh):
 
 
 def test_lost_stability_is_an_error_that_says_how_far_it_came():
-    """A tall soft column standing on its base buckles: gravity / stiffness far above the heavy elastica's limit."""
+    """A tall soft column standing on its base buckles: its weight is far above the heavy elastica's limit."""
     column = box((1, 1, 6), (10.0, 10.0, 90.0))
     column = column.moved_to(column.points + [0.02, 0.0, 0.0] * (column.points[:, 2:] / 90.0) ** 2)
     with pytest.raises(EquilibriumError, match="stability") as caught:
