@@ -11,8 +11,8 @@ from mammosim.core.volume import LabelMap
 from mammosim.figures.slices import draw_labels, tissue_legend
 from mammosim.figures.style import BLUE, GREEN, ORANGE, VERMILION, new_figure, styled
 
-# Attenuation, -ln(transmission), above which a pixel is breast: more than the beam falls towards the corners of
-# the field, less than 1 cm of fat.
+# Attenuation, -ln(transmission), above which a pixel is breast: more than the beam falls towards the corners
+# of the field, less than 1 cm of fat.
 IN_BREAST = 0.5
 
 
