@@ -1,7 +1,6 @@
 """The whole chain on the tiny configuration: complete, repeatable, and stale exactly where it should be."""
 
 import json
-import shutil
 
 import pytest
 
@@ -41,7 +40,6 @@ def test_a_result_made_again_has_the_same_bytes(finished):
         "results/xray/small/left_mammogram.nii.gz",
     ]
     before = {name: (finished.run / name).read_bytes() for name in again}
-    kept = finished.run.parent / "kept"
-    shutil.copytree(finished.run, kept, symlinks=True)
-    finished.snakemake("--forcerun", "register", "dose_and_scatter", "mammogram", "--until", "mammogram", "--cores", "1")
+    forced = ("--forcerun", "register", "dose_and_scatter", "mammogram", "--until", "mammogram")
+    assert finished.snakemake(*forced, "--cores", "1").returncode == 0
     assert {name: (finished.run / name).read_bytes() for name in again} == before

@@ -30,9 +30,9 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "cnr_min": _extreme(tables, "image", "cnr", "min"),
         "cnr_max": _extreme(tables, "image", "cnr", "max"),
     }
-    dice = tables.get("segmentation_overlap")
-    for tissue in () if dice is None else ("adipose", "glandular", "skin", "muscle"):
-        found[f"dice_{tissue}_min"] = float(dice.dice[dice.tissue == tissue].min())
+    if "segmentation_overlap" in tables:
+        smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
+        found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}
     return {f"headline.{name}": value for name, value in found.items()}
 
 
