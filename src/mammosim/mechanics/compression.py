@@ -1,7 +1,7 @@
 """Compression of a body between two rigid plates that approach each other."""
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -53,7 +53,8 @@ class Plates:
         b /= np.linalg.norm(b)
         axes = np.column_stack([b, np.cross(a, b), a])
         low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
-        low, high = low - [0.0, margin_mm, 0.0], high + [margin_mm, margin_mm, 0.0]
+        low = low - np.array([0.0, margin_mm, 0.0])
+        high = high + np.array([margin_mm, margin_mm, 0.0])
         half = (high - low) / 2
         half[2] = plate_thickness_mm / 2
         return cls(axes @ (low + high) / 2, axes, half, edge_radius_mm)
@@ -81,13 +82,14 @@ class PressSettings:
     """steps: the number of equal steps to begin with; penetration_mm: the largest that is accepted.
 
     penalty_kpa_per_mm: of the contact to begin with; None takes 30 times the bulk's median shear modulus.
+    solver: by default without trusted steps, since contact opens and closes (docs/decisions/mechanics_newton.md).
     """
 
     steps: int = 8
     smallest_step_mm: float = 0.05
     penetration_mm: float = 0.2
     penalty_kpa_per_mm: float | None = None
-    solver: Settings = Settings(newton=NewtonSettings(trusted=0))
+    solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0)))
 
 
 @dataclass(frozen=True)

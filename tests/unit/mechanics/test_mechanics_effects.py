@@ -138,7 +138,9 @@ def test_inverted_tissue_has_infinite_energy(mesh):
 def test_the_weight_is_density_times_volume_along_gravity(mesh):
     weight = Weight.of(mesh, TISSUES, np.array([0.0, -1.0, 0.0]))
     assert weight.forces.sum(axis=0) == pytest.approx([0.0, -9.81e-3 * 0.95 * 1080.0, 0.0], abs=1e-12)
-    assert weight.energy(mesh.points + [0.0, 2.0, 0.0]) == pytest.approx(2.0 * 9.81e-3 * 0.95 * 1080.0)
+    assert weight.energy(mesh.points + np.array([0.0, 2.0, 0.0])) == pytest.approx(
+        2.0 * 9.81e-3 * 0.95 * 1080.0
+    )
 
 
 def test_gravity_must_be_a_direction(mesh):

@@ -80,7 +80,7 @@ def test_divergence_is_refused_with_its_reason(measured):
             raise EquilibriumError("lost")
         return under_gravity(mesh, gravity, start)
 
-    with pytest.raises(MechanicsError, match="diverges at a mean of .* has no equilibrium"):
+    with pytest.raises(MechanicsError, match=r"diverges at a mean of .* has no equilibrium"):
         fixed_point(measured, failing, gravity=HANGING)
 
 
