@@ -82,7 +82,7 @@ class PressSettings:
     """steps: the number of equal steps to begin with; penetration_mm: the largest that is accepted.
 
     penalty_kpa_per_mm: of the contact to begin with; None takes 30 times the bulk's median shear modulus.
-    solver: by default without trusted steps, since contact opens and closes (docs/decisions/mechanics_newton.md).
+    solver: by default without trusted steps, since contact opens and closes (decisions/mechanics_newton.md).
     """
 
     steps: int = 8
