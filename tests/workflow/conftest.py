@@ -24,7 +24,7 @@ class Study:
         command = [
             *(sys.executable, "-m", "snakemake", "--snakefile", str(self.home / "Snakefile")),
             *("--directory", str(self.run), "--configfile", str(self.home / "config/smoke.yaml")),
-            *("--cores", "2", *arguments),
+            *("--cores", "2", "--workflow-profile", "none", *arguments),
         ]
         return subprocess.run(
             command,

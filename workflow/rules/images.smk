@@ -6,9 +6,10 @@ rule import_image:
     input:
         images=lambda wildcards: row(wildcards).images,
         library=library("import_image.py"),
+    # update(): a refused image or list leaves what an earlier run made of a usable one.
     output:
-        image="results/images/{v}/{p}.nii.gz",
-        quality="results/images/{v}/{p}_quality.csv",
+        image=update("results/images/{v}/{p}.nii.gz"),
+        quality=update("results/images/{v}/{p}_quality.csv"),
     params:
         gravity=lambda wildcards: row(wildcards).gravity,
     log:
@@ -28,7 +29,7 @@ rule fiducials:
         listed=lambda wildcards: row(wildcards).fiducials,
         library=library("fiducials.py"),
     output:
-        "results/fiducials/{v}/{p}.csv",
+        update("results/fiducials/{v}/{p}.csv"),
     params:
         chest_markers=config["registration"]["chest_markers"],
     log:

@@ -7,7 +7,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 
 class TimeLeft(logging.Handler):
-    """Says 'about 12 min left' whenever a job finishes.
+    """Names each job as it starts, and says 'about 12 min left' whenever one finishes.
 
     cost: seconds of one job of each rule, as measured before; their sum over the jobs still to do, divided by
     the cores, is scaled by how fast this machine turned out to be.
@@ -26,6 +26,7 @@ class TimeLeft(logging.Handler):
             self.left = sum(n * self.seconds(rule) for rule, n in counts.items())
         elif event == LogEvent.JOB_INFO:
             self.rule_of[record.jobid] = record.rule_name
+            logger.info(" ".join([record.rule_name, *map(str, dict(record.wildcards or {}).values())]))
         elif event == LogEvent.JOB_FINISHED:
             seconds = self.seconds(self.rule_of.get(record.job_id, ""))
             self.left, self.done = max(self.left - seconds, 0.0), self.done + seconds

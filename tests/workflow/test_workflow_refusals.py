@@ -1,0 +1,78 @@
+"""Inputs that cannot be used are refused in one clear message, and what earlier runs made stays."""
+
+import shutil
+
+import pandas as pd
+import pytest
+import yaml
+
+pytestmark = pytest.mark.workflow
+IMAGE = "results/images/small/prone.nii.gz"
+FIDUCIALS = "results/fiducials/small/prone.csv"
+
+
+@pytest.fixture
+def changed(finished, tmp_path):
+    """Run one target with prone's row of the volunteer table changed; nothing may be lost."""
+
+    def run(target: str, **change: str) -> str:
+        table = pd.read_table(finished.home / "config/volunteers.tsv", dtype=str)
+        here = (table.volunteer == "small") & (table.position == "prone")
+        for column, value in change.items():
+            table.loc[here, column] = value
+        rows, extra = tmp_path / "volunteers.tsv", tmp_path / "extra.yaml"
+        table.to_csv(rows, sep="\t", index=False)
+        extra.write_text(yaml.safe_dump({"volunteer_table": str(rows), "volunteers": ["small"]}))
+        before = (finished.run / target).read_bytes()
+        smoke = finished.home / "config/smoke.yaml"
+        result = finished.snakemake(target, "--configfile", str(smoke), str(extra))
+        assert result.returncode != 0
+        assert (finished.run / target).read_bytes() == before
+        return result.stdout
+
+    return run
+
+
+@pytest.fixture
+def series(finished, tmp_path):
+    """A copy of the prone series that a test may damage."""
+    copy = tmp_path / "series"
+    shutil.copytree(finished.run / "results/raw/small/prone", copy)
+    return copy
+
+
+def test_a_missing_slice_is_found(changed, series):
+    sorted(series.iterdir())[20].unlink()
+    message = changed(IMAGE, images=str(series))
+    assert "ImageError" in message
+    assert str(series) in message
+    assert "missing" in message
+
+
+def test_mixed_series_are_refused(changed, series, finished):
+    other = sorted((finished.run / "results/raw/small/supine").iterdir())[0]
+    shutil.copy(other, series / "other.dcm")
+    assert "mixes 2 series" in changed(IMAGE, images=str(series))
+
+
+def test_a_series_of_another_position_is_refused(changed, finished):
+    supine = finished.run / "results/raw/small/supine"
+    message = changed(IMAGE, images=str(supine))
+    assert "position 'prone' contradicts the PatientPosition tag 'HFS'" in message
+
+
+def test_gravity_that_contradicts_the_position_is_refused(changed):
+    assert "contradicts 'prone'" in changed(IMAGE, gravity="0 1 0")
+
+
+def test_three_chest_markers_are_too_few(changed, finished, tmp_path):
+    listed = pd.read_csv(finished.run / "results/raw/small/prone_fiducials.csv")
+    # A chest marker listed as one of the breast's is not looked for on the chest.
+    listed.loc[listed.name == "breast_1", ["x_mm", "y_mm", "z_mm"]] = listed.loc[
+        listed.name == "chest_1", ["x_mm", "y_mm", "z_mm"]
+    ].to_numpy()
+    path = tmp_path / "fiducials.csv"
+    listed.to_csv(path, index=False)
+    message = changed(FIDUCIALS, fiducials=str(path))
+    assert "FiducialError" in message
+    assert "chest" in message
