@@ -84,8 +84,8 @@ def test_the_motion_is_recovered_to_an_eighth_of_a_voxel(sessions) -> None:
     error = transform_error(
         found.refined, fixed.moved.after(moving.moved.inverse()), moving.clicks.of_kind("nipple")
     )
-    # Ten thousands of voxels inside the chest fix six numbers; interpolation between voxels of 4 mm limits them
-    # to about a tenth of one. 0.5 mm at the 100 mm from the chest's middle to its border are 0.3 degrees.
+    # Ten thousands of voxels inside the chest fix six numbers; interpolating 4 mm voxels limits them to a
+    # tenth of one. 0.5 mm at the 100 mm from the chest's middle to its border are 0.3 degrees.
     assert error["max_mm"] < SPACING_MM / 8
     assert error["rotation_deg"] < 0.3
 
@@ -95,7 +95,7 @@ def test_tissues_are_found_from_a_few_strokes(sessions) -> None:
     painted = strokes(scan.labels, [-24.0, 0.0, 24.0], per_tissue=4, steps=12, stream=(1,))
     values = dice(segment(scan.image, painted, settings=Settings(trees=30)).labels, scan.labels)
     overlap = values.set_index("tissue")["dice"]
-    # Layers of t = 16 mm (what moves) and 8 mm (muscle) with either face a quarter of h = 4 mm off: 1 - h / (4 t).
+    # Layers of t = 16 mm (what moves) and 8 mm (muscle) each face h / 4 = 1 mm off: 1 - h / (4 t).
     assert overlap["deformable"] > 1 - 1 / 16
     assert overlap["muscle"] > 1 - 1 / 8
     assert overlap["glandular"] > 0.8

@@ -185,7 +185,7 @@ def _contours(evidence: Evidence, image: Image) -> np.ndarray:
     spacing = image.grid.spacing[::-1]
     body = _body(evidence, image)
     depth = ndimage.distance_transform_edt(body, sampling=spacing)
-    thorax = _thorax(evidence, body & (depth > LEAST_COVER_MM))
+    thorax = _thorax(evidence, body, depth > LEAST_COVER_MM)
     soft = largest_part(body & ~thorax)
     muscle = _muscle(evidence, soft, thorax)
     breast = soft & ~muscle
@@ -213,10 +213,11 @@ def _body(evidence: Evidence, image: Image) -> np.ndarray:
     return np.stack([fill_axial(axial) for axial in body])
 
 
-def _thorax(evidence: Evidence, deep: np.ndarray) -> np.ndarray:
+def _thorax(evidence: Evidence, body: np.ndarray, deep: np.ndarray) -> np.ndarray:
     """What does not move, in one part without islands, in the deep part of the body."""
     thorax = largest_part(deep & ~evidence.contour(SOFT, (Label.THORAX, Label.AIR), deep))
-    return np.stack([fill_axial(axial) for axial in thorax]) & deep
+    # ASSUME: whatever of the body lies straight behind the thorax belongs to it.
+    return np.maximum.accumulate(np.stack([fill_axial(axial) for axial in thorax]) & deep, axis=1) & body
 
 
 def _muscle(evidence: Evidence, soft: np.ndarray, thorax: np.ndarray) -> np.ndarray:
