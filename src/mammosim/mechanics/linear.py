@@ -16,12 +16,16 @@ from scipy import sparse
 from mammosim.core.errors import MechanicsError
 
 _SYMMETRIC_INDEFINITE = -2
+_MKL_CBWR_AUTO = 2
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 
 
 @cache
 def _library() -> PyPardisoSolver:
-    return PyPardisoSolver()
+    """MKL, told to give the same bits in every run and for any number of threads."""
+    solver = PyPardisoSolver()
+    solver.libmkl.MKL_CBWR_Set(_MKL_CBWR_AUTO)
+    return solver
 
 
 class SymmetricSolver:
@@ -45,6 +49,7 @@ class SymmetricSolver:
         iparm[1] = 2  # nested dissection, serial: the same order whatever the number of threads
         iparm[9] = 8  # perturb pivots below 1e-8
         iparm[20] = 1  # Bunch-Kaufman pivots
+        iparm[33] = 1  # sums as one thread would, whatever the number of threads
         self._analysed = False
 
     def factorise(self, values: np.ndarray) -> bool:

@@ -1,9 +1,12 @@
 """The tangent is assembled into one pattern, the same to the last bit for any number of threads."""
 
+import ctypes
+
 import numba
 import numpy as np
 import pytest
 from mechanics_bodies import box
+from pypardiso import PyPardisoSolver
 
 from mammosim.core.labels import Label
 from mammosim.core.rng import generator
@@ -83,3 +86,24 @@ def test_the_solver_counts_negative_eigenvalues_and_solves():
         assert solver.factorise(B[rows, columns])
         assert solver.solve(b) == pytest.approx(np.linalg.solve(B, b), rel=1e-10)
         assert solver.factorisations == 2
+
+
+def test_the_solver_gives_the_same_bits_in_every_run_and_for_any_number_of_threads():
+    mesh = box((6, 6, 6), (30.0, 30.0, 30.0))
+    potential = Potential(body_effects(mesh, {Label.ADIPOSE: Tissue(1.0, 0.45, 1.0)}))
+    pattern = pattern_of(len(mesh.points), [mesh.cells])
+    held = np.zeros(mesh.points.shape, dtype=bool)
+    held[mesh.boundary_nodes("posterior")] = True
+    rows = upper_rows(pattern, held)
+    values = rows.values(potential.tangent(mesh.points, pattern))
+    b = generator("bits").standard_normal(len(rows.free))
+    library = ctypes.CDLL(PyPardisoSolver().libmkl._name)
+    found = []
+    for threads in (1, 2, 2):
+        before = library.MKL_Set_Num_Threads_Local(threads)
+        with SymmetricSolver(rows.row_start, rows.columns) as solver:
+            solver.factorise(values)
+            found.append(solver.solve(b))
+        library.MKL_Set_Num_Threads_Local(before)
+    assert np.array_equal(found[0], found[1])
+    assert np.array_equal(found[1], found[2])
