@@ -1,6 +1,5 @@
 """A copy of the study that tests may edit, and the whole chain run in it once on the tiny configuration."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -32,7 +31,6 @@ class Study:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             check=False,
-            env=os.environ | {"PYTHONPATH": str(self.home / "src")},
         )
 
     def jobs(self, *arguments: str) -> dict[str, list[str]]:

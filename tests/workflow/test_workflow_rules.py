@@ -14,13 +14,13 @@ def test_only_rules_that_make_or_score_volunteers_read_the_truth(study):
     assert peeking == set()
 
 
-def test_scores_are_read_by_tables_and_figures_only(study):
+def test_scores_are_read_by_tables_and_pictures_only(study):
     readers = {
         job.split(":")[0]
         for job, inputs in study.jobs().items()
         if any("results/scores/" in path for path in inputs)
     }
-    assert readers <= {"table"}
+    assert readers <= {"table", "figure_segmentation"}
 
 
 def test_every_rule_says_what_it_does(study):
