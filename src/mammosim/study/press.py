@@ -11,7 +11,7 @@ from mammosim.mechanics.compression import Plates
 # Held points this far above and below the nipple are the ribs behind the breast, not a cut of the body.
 LEVEL_MM = 40.0
 # Skin this far above and below the nipple is the chest's; the plates pass it at this distance.
-BREAST_MM, CLEARANCE_MM = 65.0, 1.0
+BREAST_MM, CLEARANCE_MM = 80.0, 1.0
 UP, FORWARD = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
