@@ -1,17 +1,52 @@
 # From raw series to labelled images, all in the scanner frame of their own position.
 
 
-rule import_image:
-    """A DICOM series or NIfTI image, refused when slices are missing, mixed, cut off, or in another position."""
+rule check_input:
+    """One image and its fiducial list, refused when they cannot be used; nothing else is touched then."""
     input:
         images=lambda wildcards: row(wildcards).images,
-        library=library("import_image.py"),
-    # update(): a refused image or list leaves what an earlier run made of a usable one.
+        listed=lambda wildcards: row(wildcards).fiducials,
+        library=library("check_input.py"),
     output:
-        image=update("results/images/{v}/{p}.nii.gz"),
-        quality=update("results/images/{v}/{p}_quality.csv"),
+        "results/checked/{v}_{p}.csv",
     params:
         gravity=lambda wildcards: row(wildcards).gravity,
+        chest_markers=config["registration"]["chest_markers"],
+    log:
+        "results/logs/check_input/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/check_input/{v}_{p}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/check_input.py"
+
+
+rule inputs_checked:
+    """Every image and fiducial list of the study is usable: nothing else starts before."""
+    input:
+        rows=scanned("results/checked/{v}_{p}.csv"),
+        library=library("table.py"),
+    output:
+        "results/checked/all.csv",
+    log:
+        "results/logs/inputs_checked.log",
+    benchmark:
+        "results/benchmarks/inputs_checked/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/table.py"
+
+
+rule import_image:
+    """A DICOM series or NIfTI image as one volume in the patient frame LPS."""
+    input:
+        checked=ancient("results/checked/all.csv"),
+        images=lambda wildcards: row(wildcards).images,
+        library=library("import_image.py"),
+    output:
+        "results/images/{v}/{p}.nii.gz",
     log:
         "results/logs/import_image/{v}_{p}.log",
     benchmark:
@@ -25,11 +60,12 @@ rule import_image:
 rule fiducials:
     """Chest markers found in the image or taken from the list; breast markers and nipples from the list."""
     input:
+        checked=ancient("results/checked/all.csv"),
         image="results/images/{v}/{p}.nii.gz",
         listed=lambda wildcards: row(wildcards).fiducials,
         library=library("fiducials.py"),
     output:
-        update("results/fiducials/{v}/{p}.csv"),
+        "results/fiducials/{v}/{p}.csv",
     params:
         chest_markers=config["registration"]["chest_markers"],
     log:
@@ -37,33 +73,14 @@ rule fiducials:
     benchmark:
         "results/benchmarks/fiducials/{v}_{p}.tsv"
     resources:
-        mem_mb=1000,
+        mem_mb=2000,
     script:
         "../scripts/fiducials.py"
-
-
-rule inputs_checked:
-    """Every image and fiducial list of the study is usable: nothing long starts before."""
-    input:
-        rows=scanned("results/images/{v}/{p}_quality.csv"),
-        fiducials=scanned("results/fiducials/{v}/{p}.csv"),
-        library=library("table.py"),
-    output:
-        "results/images/quality.csv",
-    log:
-        "results/logs/inputs_checked.log",
-    benchmark:
-        "results/benchmarks/inputs_checked/all.tsv"
-    resources:
-        mem_mb=500,
-    script:
-        "../scripts/table.py"
 
 
 rule register:
     """The rigid motion of one position into the reference frame: markers first, then the rib cage's image."""
     input:
-        checked=ancient("results/images/quality.csv"),
         fixed=f"results/images/{{v}}/{REFERENCE}.nii.gz",
         fixed_fiducials=f"results/fiducials/{{v}}/{REFERENCE}.csv",
         moving="results/images/{v}/{p}.nii.gz",
@@ -87,7 +104,6 @@ rule register:
 rule segment:
     """Tissue labels of one image from a few strokes: forest, speed image, active contour."""
     input:
-        checked=ancient("results/images/quality.csv"),
         image="results/images/{v}/{p}.nii.gz",
         strokes=lambda wildcards: row(wildcards).strokes,
         library=library("segment.py"),

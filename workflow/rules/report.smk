@@ -24,7 +24,7 @@ rule report:
         text=str(HOME / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
         tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
-        quality="results/images/quality.csv",
+        quality="results/checked/all.csv",
         numbers="results/study/numbers.json",
         provenance="results/study/provenance.json",
         bibliography=str(HOME / "config/references.bib"),

@@ -17,7 +17,8 @@ from mammosim.study.report import Listing, Picture, Section, report
 def main(files: dict, title: str, out: str) -> None:
     layout = yaml.safe_load(Path(files["text"]).read_text())
     numbers, made = read_json(files["numbers"]), read_json(files["provenance"])
-    frames = {Path(path).stem: read_table(path) for path in [*files["tables"], files["quality"]]}
+    frames = {Path(path).stem: read_table(path) for path in files["tables"]}
+    frames["quality"] = read_table(files["quality"])
     frames["assumptions"] = pd.DataFrame(made["assumptions"])
     frames["versions"] = pd.DataFrame(made["packages"].items(), columns=["package", "version"])
     frames["sources"] = pd.DataFrame(entries(Path(files["bibliography"]).read_text()))
