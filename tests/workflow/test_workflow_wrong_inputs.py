@@ -8,6 +8,7 @@ import yaml
 
 pytestmark = pytest.mark.workflow
 IMAGE = "results/images/small/prone.nii.gz"
+FIDUCIALS = "results/fiducials/small/prone.csv"
 
 
 @pytest.fixture
@@ -72,6 +73,6 @@ def test_three_chest_markers_are_too_few(changed, finished, tmp_path):
     ].to_numpy()
     path = tmp_path / "fiducials.csv"
     listed.to_csv(path, index=False)
-    message = changed(IMAGE, fiducials=str(path))
+    message = changed(FIDUCIALS, fiducials=str(path))
     assert "FiducialError" in message
     assert "chest" in message

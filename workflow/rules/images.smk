@@ -42,7 +42,8 @@ rule inputs_checked:
 rule import_image:
     """A DICOM series or NIfTI image as one volume in the patient frame LPS."""
     input:
-        checked=ancient("results/checked/all.csv"),
+        checked="results/checked/{v}_{p}.csv",
+        others=ancient("results/checked/all.csv"),
         images=lambda wildcards: row(wildcards).images,
         library=library("import_image.py"),
     output:
@@ -60,7 +61,8 @@ rule import_image:
 rule fiducials:
     """Chest markers found in the image or taken from the list; breast markers and nipples from the list."""
     input:
-        checked=ancient("results/checked/all.csv"),
+        checked="results/checked/{v}_{p}.csv",
+        others=ancient("results/checked/all.csv"),
         image="results/images/{v}/{p}.nii.gz",
         listed=lambda wildcards: row(wildcards).fiducials,
         library=library("fiducials.py"),
