@@ -67,8 +67,8 @@ def test_gravity_that_contradicts_the_position_is_refused(changed):
 
 def test_three_chest_markers_are_too_few(changed, finished, tmp_path):
     listed = pd.read_csv(finished.run / "results/raw/small/prone_fiducials.csv")
-    # A chest marker listed as one of the breast's is not looked for on the chest.
-    listed.loc[listed.name == "breast_1", ["x_mm", "y_mm", "z_mm"]] = listed.loc[
+    # A nipple clicked on a chest marker takes that marker from the chest.
+    listed.loc[listed.name == "nipple_left", ["x_mm", "y_mm", "z_mm"]] = listed.loc[
         listed.name == "chest_1", ["x_mm", "y_mm", "z_mm"]
     ].to_numpy()
     path = tmp_path / "fiducials.csv"
