@@ -62,13 +62,13 @@ rule provenance:
     """What made the results: versions, configuration, assumptions."""
     input:
         lock=str(HOME / "environment.lock"),
+        sources=sorted(map(str, PACKAGE.rglob("*.py"))),
         library=library("provenance.py"),
         numbers="results/study/numbers.json",
     output:
         "results/study/provenance.json",
     params:
         configuration=config,
-        package=str(PACKAGE),
     log:
         "results/logs/provenance.log",
     benchmark:
