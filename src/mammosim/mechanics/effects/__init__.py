@@ -1,7 +1,8 @@
 """Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
 
 from mammosim.mechanics.effects.bulk import NeoHookean
-from mammosim.mechanics.effects.plate import ContactState, RigidPlate, RoundedBox
+from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
+from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
 from mammosim.mechanics.effects.weight import Weight
@@ -10,6 +11,8 @@ __all__ = [
     "ContactState",
     "Effect",
     "NeoHookean",
+    "Obstacle",
+    "RigidContact",
     "RigidPlate",
     "RoundedBox",
     "Scaled",
