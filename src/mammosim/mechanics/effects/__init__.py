@@ -1,6 +1,7 @@
 """Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
 
 from mammosim.mechanics.effects.bulk import NeoHookean
+from mammosim.mechanics.effects.buoyancy import Buoyancy
 from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
 from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
@@ -8,6 +9,7 @@ from mammosim.mechanics.effects.skin import SkinMembrane
 from mammosim.mechanics.effects.weight import Weight
 
 __all__ = [
+    "Buoyancy",
     "ContactState",
     "Effect",
     "NeoHookean",
