@@ -3,15 +3,18 @@
 from mammosim.mechanics.effects.bulk import NeoHookean
 from mammosim.mechanics.effects.buoyancy import Buoyancy
 from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
+from mammosim.mechanics.effects.fibres import Fibres
 from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
+from mammosim.mechanics.effects.springs import Springs
 from mammosim.mechanics.effects.weight import Weight
 
 __all__ = [
     "Buoyancy",
     "ContactState",
     "Effect",
+    "Fibres",
     "NeoHookean",
     "Obstacle",
     "RigidContact",
@@ -19,5 +22,6 @@ __all__ = [
     "RoundedBox",
     "Scaled",
     "SkinMembrane",
+    "Springs",
     "Weight",
 ]
