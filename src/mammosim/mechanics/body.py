@@ -12,6 +12,7 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics.effects import Effect, NeoHookean, SkinMembrane, Weight
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium
 from mammosim.mechanics.reference import face_quadrature
+from mammosim.mechanics.soundness import faces_of
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,7 @@ class Skin:
 
         Raises MechanicsError when the mesh has no such boundary.
         """
-        if self.boundary not in mesh.boundaries:
-            names = ", ".join(sorted(mesh.boundaries)) or "none"
-            raise MechanicsError(f"a membrane needs the boundary {self.boundary!r}; the mesh has: {names}")
-        faces = mesh.boundaries[self.boundary]
+        faces = faces_of(mesh, self.boundary)
         mu = self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
         stiffness = np.broadcast_to(mu * np.asarray(self.thickness_mm, dtype=float), (len(faces),)).copy()
         return SkinMembrane(faces, face_quadrature(mesh.points, faces), stiffness)
