@@ -2,6 +2,7 @@
 
 from mammosim.mechanics.effects.bulk import NeoHookean
 from mammosim.mechanics.effects.buoyancy import Buoyancy
+from mammosim.mechanics.effects.chest_wall import EllipticCylinder, chest_wall_contact
 from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
 from mammosim.mechanics.effects.fibres import Fibres
 from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
@@ -14,6 +15,7 @@ __all__ = [
     "Buoyancy",
     "ContactState",
     "Effect",
+    "EllipticCylinder",
     "Fibres",
     "NeoHookean",
     "Obstacle",
@@ -24,4 +26,5 @@ __all__ = [
     "SkinMembrane",
     "Springs",
     "Weight",
+    "chest_wall_contact",
 ]
