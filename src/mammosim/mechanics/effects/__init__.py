@@ -8,6 +8,7 @@ from mammosim.mechanics.effects.fibres import Fibres
 from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
+from mammosim.mechanics.effects.sliding import Sliding
 from mammosim.mechanics.effects.springs import Springs
 from mammosim.mechanics.effects.weight import Weight
 
@@ -24,6 +25,7 @@ __all__ = [
     "RoundedBox",
     "Scaled",
     "SkinMembrane",
+    "Sliding",
     "Springs",
     "Weight",
     "chest_wall_contact",
