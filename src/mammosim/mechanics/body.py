@@ -1,4 +1,4 @@
-"""A body under gravity: its tissues and skin as effects, and its equilibrium."""
+"""A body under gravity: its tissues, skin and fascia as effects, and its equilibrium."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,13 +12,14 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics.effects import Effect, NeoHookean, SkinMembrane, Weight
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium
 from mammosim.mechanics.reference import face_quadrature
+from mammosim.mechanics.soundness import faces_of
 
 
 @dataclass(frozen=True)
 class Skin:
     """Skin as a membrane: E [kPa] and nu [-], of which mu = E / (2 (1 + nu)) enters, and its thickness.
 
-    thickness_mm: a number, or one per face of the boundary `skin` (n_face,).
+    thickness_mm: a number, or one per face of the boundary (n_face,).
 
     Raises MechanicsError when a parameter is out of range.
     """
@@ -26,6 +27,7 @@ class Skin:
     youngs_modulus_kpa: float
     poisson_ratio: float
     thickness_mm: float | np.ndarray
+    boundary: str = "skin"
 
     def __post_init__(self) -> None:
         Tissue(self.youngs_modulus_kpa, self.poisson_ratio, 1.0)
@@ -33,26 +35,44 @@ class Skin:
         if thickness.min() <= 0 or thickness.max() > 10:
             raise MechanicsError(
                 f"thickness_mm from {thickness.min():g} to {thickness.max():g} is outside (0, 10]; "
-                "skin has 0.5 to 3 mm"
+                "skin has 0.5 to 3 mm, superficial fascia about 0.1 mm"
             )
 
     def membrane(self, mesh: TetMesh) -> SkinMembrane:
-        """The membrane on the boundary `skin` of a mesh whose points are the reference."""
-        faces = mesh.boundaries["skin"]
+        """The membrane on the boundary of a mesh whose points are the reference.
+
+        Raises MechanicsError when the mesh has no such boundary.
+        """
+        faces = faces_of(mesh, self.boundary)
         mu = self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
         stiffness = np.broadcast_to(mu * np.asarray(self.thickness_mm, dtype=float), (len(faces),)).copy()
         return SkinMembrane(faces, face_quadrature(mesh.points, faces), stiffness)
 
 
-def body_effects(
-    mesh: TetMesh, tissues: Mapping[Label, Tissue], *, skin: Skin | None = None
-) -> tuple[Effect, ...]:
-    """The elastic effects of a body whose mesh.points are the reference: its bulk, and its skin if given.
+# ASSUME: superficial fascia is a membrane of the same law as skin, on inner faces or right under the skin.
+@dataclass(frozen=True)
+class Fascia(Skin):
+    """Superficial fascia as a membrane, by the law of Skin, on faces inside the body: the boundary `fascia`.
 
-    Raises MechanicsError for a tissue of the mesh without parameters.
+    With boundary="skin" it lies right under the skin.
     """
-    bulk = NeoHookean.of(mesh, tissues)
-    return (bulk,) if skin is None else (bulk, skin.membrane(mesh))
+
+    boundary: str = "fascia"
+
+
+def body_effects(
+    mesh: TetMesh,
+    tissues: Mapping[Label, Tissue],
+    *,
+    skin: Skin | None = None,
+    fascia: Fascia | None = None,
+) -> tuple[Effect, ...]:
+    """The elastic effects of a body whose mesh.points are the reference: its bulk, and membranes if given.
+
+    Raises MechanicsError for a tissue of the mesh without parameters, or a membrane without its boundary.
+    """
+    membranes = tuple(layer.membrane(mesh) for layer in (skin, fascia) if layer is not None)
+    return (NeoHookean.of(mesh, tissues), *membranes)
 
 
 def load(

@@ -207,7 +207,9 @@ class _Press:
         penalty = plates[0].penalty
         boxes = self.plates.at(thickness)
         while True:
-            paddle, support = (replace(plate, box=box, penalty=penalty) for plate, box in zip(plates, boxes))
+            paddle, support = (
+                replace(plate, obstacle=box, penalty=penalty) for plate, box in zip(plates, boxes)
+            )
             system = replace(self.system, potential=Potential((*self.effects, paddle, support)))
             state = solve(system, self.reference, start=x, settings=self.settings.solver)
             stage = _Stage(thickness, (paddle, support), state)

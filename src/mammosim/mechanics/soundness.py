@@ -28,6 +28,14 @@ def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> np.ndarray:
     return held
 
 
+def faces_of(mesh: TetMesh, boundary: str) -> np.ndarray:
+    """The faces (n_face, 6) of a named boundary. Raises MechanicsError when the mesh has none."""
+    if boundary not in mesh.boundaries:
+        names = ", ".join(sorted(mesh.boundaries)) or "none"
+        raise MechanicsError(f"the mesh has no boundary {boundary!r}; it has: {names}")
+    return mesh.boundaries[boundary]
+
+
 def _require_finite(mesh: TetMesh) -> None:
     bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
     if len(bad):

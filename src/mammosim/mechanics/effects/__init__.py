@@ -1,18 +1,32 @@
 """Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
 
 from mammosim.mechanics.effects.bulk import NeoHookean
-from mammosim.mechanics.effects.plate import ContactState, RigidPlate, RoundedBox
+from mammosim.mechanics.effects.buoyancy import Buoyancy
+from mammosim.mechanics.effects.chest_wall import EllipticCylinder, chest_wall_contact
+from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
+from mammosim.mechanics.effects.fibres import Fibres
+from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
+from mammosim.mechanics.effects.sliding import Sliding
+from mammosim.mechanics.effects.springs import Springs
 from mammosim.mechanics.effects.weight import Weight
 
 __all__ = [
+    "Buoyancy",
     "ContactState",
     "Effect",
+    "EllipticCylinder",
+    "Fibres",
     "NeoHookean",
+    "Obstacle",
+    "RigidContact",
     "RigidPlate",
     "RoundedBox",
     "Scaled",
     "SkinMembrane",
+    "Sliding",
+    "Springs",
     "Weight",
+    "chest_wall_contact",
 ]

@@ -32,8 +32,7 @@ class Weight(WithoutVolume):
         Raises MechanicsError for a tissue without parameters or a gravity that is no unit vector.
         """
         gravity = np.asarray(gravity, dtype=float)
-        if gravity.shape != (3,) or not np.isclose(np.linalg.norm(gravity), 1.0, atol=1e-6):
-            raise MechanicsError(f"gravity {gravity} must be a unit vector (3,): give a direction, not 9.81")
+        require_direction(gravity)
         rho = np.array([tissue_of(label, tissues).density_g_cm3 for label in np.unique(mesh.tissue)])
         weight_density = KPA_PER_MM_PER_G_CM3 * rho[np.unique(mesh.tissue, return_inverse=True)[1]]
         volumes = cell_quadrature(mesh.points, mesh.cells).volumes
@@ -57,3 +56,9 @@ class Weight(WithoutVolume):
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
         """Zero."""
+
+
+def require_direction(gravity: np.ndarray) -> None:
+    """Raises MechanicsError for a gravity that is no unit vector (3,)."""
+    if gravity.shape != (3,) or not np.isclose(np.linalg.norm(gravity), 1.0, atol=1e-6):
+        raise MechanicsError(f"gravity {gravity} must be a unit vector (3,): give a direction, not 9.81")

@@ -1,0 +1,114 @@
+"""Frictionless contact of a surface with a rigid obstacle, by a penalty on the signed distance d.
+
+E = 1/2 eps integral of <-d(x)>_+^2 over the reference area,  n = grad d,  H = d2d/dx2
+"""
+
+from dataclasses import dataclass, replace
+from typing import Protocol, Self
+
+import numpy as np
+
+from mammosim.mechanics.effects.pointwise import gathered_forces, gathered_stiffness, positions
+from mammosim.mechanics.effects.protocol import WithoutVolume
+from mammosim.mechanics.pattern import Tangent, add_to_nodes
+from mammosim.mechanics.reference import (
+    FACE_SHAPES,
+    TRIANGLE_EDGES,
+    TRIANGLE_POINTS,
+    TRIANGLE_WEIGHTS,
+    shape_gradients,
+)
+
+_FACE_GRADIENTS = shape_gradients(TRIANGLE_POINTS, TRIANGLE_EDGES)
+
+
+class Obstacle(Protocol):
+    """A rigid shape, known by the signed distance of points (n, 3), mm, negative inside."""
+
+    def distance(self, x: np.ndarray) -> np.ndarray:
+        """d (n,) mm."""
+        ...
+
+    def normal(self, x: np.ndarray) -> np.ndarray:
+        """n = grad d (n, 3)."""
+        ...
+
+    def hessian(self, x: np.ndarray) -> np.ndarray:
+        """H = d2d/dx2 (n, 3, 3), 1/mm."""
+        ...
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """What an obstacle does to a surface.
+
+    force (3,) mN on the obstacle; area mm2 of surface in contact, deformed; pressure (n_face, 6) kPa per
+    deformed area at the quadrature points; penetration: the deepest, mm.
+    """
+
+    force: np.ndarray
+    area: float
+    pressure: np.ndarray
+    penetration: float
+
+
+@dataclass(frozen=True)
+class RigidContact(WithoutVolume):
+    """faces (n_face, 6) of the surface, reference areas (n_face, 6) mm2, and the penalty eps [kPa/mm]."""
+
+    faces: np.ndarray
+    areas: np.ndarray
+    obstacle: Obstacle
+    penalty: float
+
+    @property
+    def connectivity(self) -> np.ndarray:
+        """The faces."""
+        return self.faces
+
+    def moved_to(self, obstacle: Obstacle) -> Self:
+        """The same contact with the obstacle elsewhere."""
+        return replace(self, obstacle=obstacle)
+
+    def _points(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """y (n_face, 6, 3) and d (n_face, 6) of the quadrature points."""
+        y = positions(x, self.faces, FACE_SHAPES)
+        return y, self.obstacle.distance(y.reshape(-1, 3)).reshape(y.shape[:2])
+
+    def energy(self, x: np.ndarray) -> float:
+        """E = 1/2 eps integral of <-d>_+^2."""
+        _, d = self._points(x)
+        return self.penalty / 2 * float(np.sum(self.areas * np.minimum(d, 0.0) ** 2))
+
+    def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
+        """g_a += - integral of eps <-d> n N_a."""
+        y, d = self._points(x)
+        t = np.zeros_like(y)
+        t[d < 0] = self.penalty * (self.areas * d)[d < 0][:, None] * self.obstacle.normal(y[d < 0])
+        add_to_nodes(self.faces, gathered_forces(t, FACE_SHAPES), g)
+
+    def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
+        """K_ab += integral of eps (n (x) n - <-d> H) N_a N_b, the last term not when projected."""
+        y, d = self._points(x)
+        inside = d < 0
+        if not np.any(inside):
+            return
+        n = self.obstacle.normal(y[inside])
+        M = np.zeros((*y.shape, 3))
+        M[inside] = n[:, :, None] * n[:, None, :]
+        if not projected:
+            M[inside] += d[inside][:, None, None] * self.obstacle.hessian(y[inside])
+        M *= self.penalty * self.areas[..., None, None]
+        K.add(self.faces, gathered_stiffness(M, FACE_SHAPES))
+
+    def state(self, x: np.ndarray) -> ContactState:
+        """Force, area, pressure and penetration in the loaded shape x (n_node, 3)."""
+        y, d = self._points(x)
+        n = self.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
+        tangents = np.einsum("eai,qaj->eqij", x[self.faces], _FACE_GRADIENTS)
+        deformed = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1)
+        deformed *= TRIANGLE_WEIGHTS
+        depth = np.maximum(-d, 0.0)
+        load = self.penalty * depth * self.areas
+        force = -np.einsum("eq,eqi->i", load, n)
+        return ContactState(force, float(deformed[d < 0].sum()), load / deformed, float(depth.max()))
