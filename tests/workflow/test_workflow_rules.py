@@ -1,5 +1,7 @@
 """What the rules promise before anything runs."""
 
+import re
+
 MAY_READ_THE_TRUTH = ("digital_", "score_")
 
 
@@ -23,9 +25,14 @@ def test_scores_are_read_by_tables_and_pictures_only(study):
     assert readers <= {"table", "figure_segmentation"}
 
 
-def test_every_rule_says_what_it_does(study):
-    lines = study.snakemake("--list-rules").stdout
-    assert "sweep" in lines
+def test_every_rule_says_what_it_does_and_keeps_a_log(repository):
+    text = "\n".join(path.read_text() for path in sorted((repository / "workflow/rules").glob("*.smk")))
+    rules = re.split(r"^rule ", text, flags=re.M)[1:]
+    assert len(rules) > 30
+    silent = [rule.split(":")[0] for rule in rules if not rule.split(":\n", 1)[1].lstrip().startswith('"""')]
+    assert silent == []
+    for part in ("log:", "benchmark:", "resources:", "library=library("):
+        assert [rule.split(":")[0] for rule in rules if part not in rule] == []
 
 
 def test_a_misspelt_key_stops_before_the_first_job(study, tmp_path):
