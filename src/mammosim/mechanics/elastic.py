@@ -12,6 +12,7 @@ from mammosim.mechanics.potential import Potential
 
 # ASSUME: in the fixed point, interior nodes follow the skin as in a homogeneous elastic body, nu = 0.3.
 _CARRIER = Tissue(youngs_modulus_kpa=1.0, poisson_ratio=0.3, density_g_cm3=0.0)
+_ACCURACY = 1e-10
 
 
 def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> np.ndarray:
@@ -27,5 +28,4 @@ def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> 
     with System.of(Potential((bulk,)), held) as system:
         K = system.potential.tangent(mesh.points, system.pattern)
         force = -(K.to_csr() @ u.ravel())[system.rows.free]
-        system.solver.factorise(system.rows.values(K))
-        return u + system.spread(system.solver.solve(force))
+        return u + system.spread(system.solver.solve(K, force, _ACCURACY))

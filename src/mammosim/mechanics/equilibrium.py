@@ -40,8 +40,10 @@ class Equilibrium:
     """A verified state of equilibrium.
 
     points (n_node, 3) mm; history: one row per Newton iteration; residual: the free forces relative to the
-    load; smallest_J at the integration points; positive_definite: no negative pivot in the exact tangent, so
-    a stable minimum; energy uJ; factorisations; seconds of wall time.
+    load; smallest_J at the integration points; positive_definite: the exact tangent is, so a stable minimum;
+    stability: how that is known, by the `inertia` of its factors or by `Lanczos`, see mechanics.solvers;
+    energy uJ; factorisations (of the coarse level under conjugate gradients); cg_iterations; seconds of wall
+    time.
     """
 
     points: np.ndarray
@@ -49,8 +51,10 @@ class Equilibrium:
     residual: float
     smallest_J: float
     positive_definite: bool
+    stability: str
     energy: float
     factorisations: int
+    cg_iterations: int
     seconds: float
 
 
@@ -90,14 +94,16 @@ def solve(
     settings: Settings | None = None,
 ) -> Equilibrium:
     """The equilibrium of a system already checked, with reference X (n_node, 3); see `equilibrium`."""
-    began, before = time.perf_counter(), system.solver.factorisations
+    began, solver = time.perf_counter(), system.solver
+    before = solver.factorisations, solver.iterations
     settings = settings or Settings()
     history: list[Iteration] = []
     x = _under_full_load(system, reference, start, settings, history)
     state = _verified(system, x, settings, history)
     return replace(
         state,
-        factorisations=system.solver.factorisations - before,
+        factorisations=solver.factorisations - before[0],
+        cg_iterations=solver.iterations - before[1],
         seconds=time.perf_counter() - began,
     )
 
@@ -155,7 +161,9 @@ def _verified(system: System, x: np.ndarray, settings: Settings, history: list[I
         residual,
         smallest_J,
         stable,
+        system.solver.stability,
         system.potential.energy(x),
         factorisations=0,
+        cg_iterations=0,
         seconds=0.0,
     )

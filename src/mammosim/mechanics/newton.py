@@ -7,12 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
-from mammosim.mechanics.linear import SymmetricSolver
+from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.pattern import Pattern, UpperRows, pattern_of, upper_rows
 from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.solvers import TangentSolver, tangent_solver
 
 # Residuals are not measured against less than this, the weight of 0.1 g: without load, forces are rounding.
 SMALLEST_FORCE_MN = 1.0
+_COARSEST_ACCURACY = 1e-2
 
 
 class Iteration(NamedTuple):
@@ -48,7 +50,7 @@ class System:
     held: np.ndarray
     pattern: Pattern
     rows: UpperRows
-    solver: SymmetricSolver
+    solver: TangentSolver
 
     @classmethod
     def of(cls, potential: Potential, held: np.ndarray) -> "System":
@@ -56,7 +58,7 @@ class System:
         elements = [term.connectivity for term in potential.terms if len(term.connectivity)]
         pattern = pattern_of(len(held), elements)
         rows = upper_rows(pattern, held)
-        return cls(potential, held, pattern, rows, SymmetricSolver(rows.row_start, rows.columns))
+        return cls(potential, held, pattern, rows, tangent_solver(pattern, rows, held, elements))
 
     def under(self, load_factor: float) -> "System":
         """The same system under a part of its loads."""
@@ -88,7 +90,7 @@ class System:
 
 def is_stable(system: System, x: np.ndarray) -> bool:
     """Whether the exact tangent at x is positive definite."""
-    return system.solver.factorise(system.rows.values(system.potential.tangent(x, system.pattern)))
+    return system.solver.is_definite(system.potential.tangent(x, system.pattern))
 
 
 @dataclass
@@ -106,6 +108,7 @@ def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: l
     """x (n_node, 3) in equilibrium, found from a start x. Extends the history; raises StepFailed."""
     potential, tangent_of = system.potential, system.potential
     best: _Watchdog | None = None
+    last = np.inf
     for _ in range(settings.max_iterations):
         energy, residual = potential.energy(x), system.relative_residual(x)
         smallest_J = potential.smallest_J(x)
@@ -114,7 +117,8 @@ def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: l
         if _is_converged(system, x, residual, settings):
             history.append(Iteration(potential.load_factor, residual, energy, smallest_J, 0, 0.0))
             return x
-        dx, slope, negative = _newton_step(system, tangent_of, x)
+        dx, slope, negative = _newton_step(system, tangent_of, x, _accuracy(residual, last, settings))
+        last = residual
         if best is None or energy <= best.energy + 1e-4 * best.slope + _rounding(best.energy):
             best = _Watchdog(x, energy, dx, slope)
         elif best.patience < settings.trusted:
@@ -139,17 +143,25 @@ def _rounding(energy: float) -> float:
     return 1e-11 * abs(energy)
 
 
-def _newton_step(system: System, tangent_of: Potential, x: np.ndarray) -> tuple[np.ndarray, float, int]:
+def _newton_step(
+    system: System, tangent_of: Potential, x: np.ndarray, accuracy: float
+) -> tuple[np.ndarray, float, int]:
     """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then projected."""
     g = system.free_gradient(x)
-    stable = system.solver.factorise(system.rows.values(tangent_of.tangent(x, system.pattern)))
-    negative = system.solver.negative_pivots
-    if not stable:
-        system.solver.factorise(system.rows.values(tangent_of.tangent(x, system.pattern, projected=True)))
-    step = system.solver.solve(-g)
+    try:
+        step, negative = system.solver.solve(tangent_of.tangent(x, system.pattern), -g, accuracy), 0
+    except IndefiniteTangent as found:
+        projected = tangent_of.tangent(x, system.pattern, projected=True)
+        step, negative = system.solver.solve_projected(projected, -g, accuracy), found.negative
     if not np.all(np.isfinite(step)):
         raise MechanicsError("the tangent is singular: is part of the mesh not attached to the held nodes?")
     return system.spread(step), float(g @ step), negative
+
+
+def _accuracy(residual: float, last: float, settings: NewtonSettings) -> float:
+    """Of the linear system, relative: what quadratic convergence can use (Eisenstat & Walker 1996)."""
+    useful = min(_COARSEST_ACCURACY, 0.5 * (residual / last) ** 2)
+    return max(useful, min(_COARSEST_ACCURACY, 0.3 * settings.tolerance / residual))
 
 
 def _step_length(

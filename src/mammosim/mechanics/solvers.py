@@ -1,0 +1,248 @@
+"""Linear systems of Newton's method: solved directly, or by conjugate gradients under a V-cycle."""
+
+import logging
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import eigh_tridiagonal
+
+from mammosim.core.rng import generator
+from mammosim.mechanics.linear import SymmetricSolver
+from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle, dot
+from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows
+
+log = logging.getLogger(__name__)
+
+# From this number of unknowns on, the V-cycle is faster in all cases (decisions/mechanics_multigrid.md).
+MULTIGRID_ABOVE = 15_000
+# Where conjugate gradients or Lanczos need more steps (nu = 0.4999), the matrix is factorised after all.
+MAX_ITERATIONS = 200
+MAX_LANCZOS_STEPS = 300
+# The probability of overlooking a negative eigenvalue; for the bound see MultigridSolver.is_definite.
+OVERLOOKED = 1e-6
+CONDITION = 1e8
+
+
+class _TooManySteps(Exception):
+    """Conjugate gradients or Lanczos came to no end."""
+
+
+class TangentSolver(Protocol):
+    """Solves K x = b on the free degrees of freedom.
+
+    stability: how is_definite knows; factorisations and iterations, of conjugate gradients, so far.
+    """
+
+    iterations: int
+
+    @property
+    def stability(self) -> str:
+        """inertia or Lanczos."""
+
+    @property
+    def factorisations(self) -> int:
+        """How many so far."""
+
+    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """x (n_free,), |K x - b| <= tolerance |b|. Raises IndefiniteTangent when K is found not definite."""
+        ...
+
+    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """As solve, of a K that is positive semidefinite by construction, up to rounding."""
+        ...
+
+    def is_definite(self, K: Tangent) -> bool:
+        """Whether K is positive definite."""
+        ...
+
+    def release(self) -> None:
+        """Give back what memory is not Python's."""
+
+
+class DirectSolver:
+    """LDL^T of the whole matrix; the tolerance is not used. The inertia proves whether K is definite."""
+
+    stability = "inertia"
+
+    def __init__(self, rows: UpperRows) -> None:
+        self.iterations = 0
+        self._rows = rows
+        self._symmetric = SymmetricSolver(rows.row_start, rows.columns)
+
+    @property
+    def factorisations(self) -> int:
+        """Of the whole matrix."""
+        return self._symmetric.factorisations
+
+    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """See TangentSolver."""
+        if not self.is_definite(K):
+            raise IndefiniteTangent(self._symmetric.negative_pivots)
+        return self._symmetric.solve(b)
+
+    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """See TangentSolver."""
+        self._symmetric.factorise(self._rows.values(K))
+        return self._symmetric.solve(b)
+
+    def is_definite(self, K: Tangent) -> bool:
+        """Whether no pivot is negative."""
+        return self._symmetric.factorise(self._rows.values(K))
+
+    def release(self) -> None:
+        """Give PARDISO's memory back."""
+        self._symmetric.release()
+
+
+class MultigridSolver:
+    """Conjugate gradients under a V-cycle whose coarse level, the linear elements, is factorised.
+
+    A tangent is refused as indefinite when a diagonal block, the coarse matrix or p . K p of a search
+    direction is not positive, each of which is a proof, and to be safe when r . M^-1 r is not, which may also
+    mean that the smoother's bound was too low. That a tangent is definite is an estimate, see is_definite.
+    A mesh on which too many iterations were needed once is solved directly from then on.
+    """
+
+    def __init__(self, pattern: Pattern, cells: np.ndarray, rows: UpperRows, held: np.ndarray) -> None:
+        self._cycle = VCycle(pattern, cells, held)
+        self._rows = rows
+        self._held = held
+        self._direct: DirectSolver | None = None
+        self.iterations = 0
+
+    @property
+    def stability(self) -> str:
+        """Lanczos, or inertia where the matrix was factorised."""
+        return "Lanczos" if self._direct is None else self._direct.stability
+
+    @property
+    def factorisations(self) -> int:
+        """Of the coarse matrix, and of the whole one."""
+        return self._cycle.coarse.factorisations + (self._direct.factorisations if self._direct else 0)
+
+    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """See TangentSolver."""
+        if self._direct is not None:
+            return self._direct.solve(K, b, tolerance)
+        try:
+            self._cycle.prepare(K)
+            return self._conjugate_gradients(b, tolerance)
+        except _TooManySteps:
+            return self._direct_from_now_on().solve(K, b, tolerance)
+
+    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """See TangentSolver; ends at a direction of descent where rounding makes p . K p negative."""
+        if self._direct is not None:
+            return self._direct.solve_projected(K, b, tolerance)
+        try:
+            self._cycle.prepare(K, semidefinite=True)
+            return self._conjugate_gradients(b, tolerance, semidefinite=True)
+        except _TooManySteps:
+            return self._direct_from_now_on().solve_projected(K, b, tolerance)
+
+    def _direct_from_now_on(self) -> DirectSolver:
+        log.info("conjugate gradients need too many iterations: the matrix is factorised from now on")
+        self._cycle.coarse.release()
+        self._direct = DirectSolver(self._rows)
+        return self._direct
+
+    def _conjugate_gradients(
+        self, b: np.ndarray, tolerance: float, *, semidefinite: bool = False
+    ) -> np.ndarray:
+        r = self._spread(b)
+        x = np.zeros_like(r)
+        enough = tolerance**2 * dot(r, r)
+        p, rz = np.zeros_like(r), np.inf
+        for _ in range(MAX_ITERATIONS):
+            if dot(r, r) <= enough:
+                return x.ravel()[self._rows.free]
+            p, rz = self._next_direction(r, p, rz)
+            Kp = self._cycle.times(p)
+            pKp = dot(p, Kp)
+            if not (pKp > 0 and rz > 0):
+                if not semidefinite:
+                    raise IndefiniteTangent(1)
+                if x.any():
+                    return x.ravel()[self._rows.free]
+                break
+            x += (rz / pKp) * p
+            r -= (rz / pKp) * Kp
+        raise _TooManySteps
+
+    def _next_direction(self, r: np.ndarray, p: np.ndarray, rz: float) -> tuple[np.ndarray, float]:
+        """p = z + beta p with z = M^-1 r, and r . z; beta = 0 when the last r . z is infinite."""
+        self.iterations += 1
+        z = self._cycle(r)
+        following = dot(r, z)
+        return z + (following / rz) * p, following
+
+    def is_definite(self, K: Tangent) -> bool:
+        """Whether the smallest eigenvalue of M^-1 K is positive, by Lanczos from a random vector.
+
+        The bound of Kuczynski & Wozniakowski (1992): after k steps the smallest Ritz value t of a spectrum
+        below L is above the smallest eigenvalue by less than e L, except with a probability of
+        1.648 sqrt(n c) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED;
+        c = CONDITION bounds how unevenly M^-1/2 spreads the random vector.
+        """
+        if self._direct is not None:
+            return self._direct.is_definite(K)
+        try:
+            self._cycle.prepare(K)
+            t, steps = self._smallest_ritz_value()
+            log.debug("Lanczos: smallest eigenvalue of M^-1 K about %.3g after %d steps", t, steps)
+        except IndefiniteTangent:
+            return False
+        except _TooManySteps:
+            return self._direct_from_now_on().is_definite(K)
+        return True
+
+    def _smallest_ritz_value(self) -> tuple[float, int]:
+        """t of is_definite, and how many steps it took."""
+        r = self._spread(generator("stability").standard_normal(len(self._rows.free)))
+        p, rz, last_rz = np.zeros_like(r), np.inf, np.inf
+        diagonal: list[float] = []
+        beside: list[float] = []
+        steepness = 0.0  # p . K p / r . z
+        odds = np.log(1.648 * np.sqrt(len(self._rows.free) * CONDITION) / OVERLOOKED)
+        for k in range(1, MAX_LANCZOS_STEPS + 1):
+            p, rz = self._next_direction(r, p, last_rz)
+            Kp = self._cycle.times(p)
+            pKp = dot(p, Kp)
+            if not (pKp > 0 and rz > 0):
+                raise IndefiniteTangent(1)
+            ratio = rz / last_rz  # 0 in the first step
+            diagonal.append(pKp / rz + ratio * steepness)
+            if k > 1:
+                beside.append(np.sqrt(ratio) * steepness)
+            steepness, last_rz = pKp / rz, rz
+            r -= (rz / pKp) * Kp
+            ritz = eigh_tridiagonal(diagonal, beside, eigvals_only=True)
+            t, L = ritz[0], ritz[-1]
+            if t > 0 and (2 * k - 1) * np.sqrt(t / (L + t)) > odds:
+                return float(t), k
+        raise _TooManySteps
+
+    def _spread(self, b: np.ndarray) -> np.ndarray:
+        """b (n_free,) as (n_node, 3), zero where held."""
+        r = np.zeros(self._held.size)
+        r[self._rows.free] = b
+        return r.reshape(self._held.shape)
+
+    def release(self) -> None:
+        """Give PARDISO's memory back."""
+        self._cycle.coarse.release()
+        if self._direct is not None:
+            self._direct.release()
+
+
+def tangent_solver(
+    pattern: Pattern, rows: UpperRows, held: np.ndarray, elements: list[np.ndarray]
+) -> TangentSolver:
+    """The solver for a mesh: multigrid for many unknowns on quadratic tetrahedra, direct for all others."""
+    tetrahedra = [cells for cells in elements if cells.shape[1] == 10]
+    if len(rows.free) <= MULTIGRID_ABOVE or not tetrahedra:
+        return DirectSolver(rows)
+    cells = np.vstack(tetrahedra)
+    if len(np.unique(cells)) < pattern.n_node:
+        return DirectSolver(rows)
+    return MultigridSolver(pattern, cells, rows, held)
