@@ -76,4 +76,4 @@ def test_fascia_holds_the_body_back(mesh):
 
 def test_fascia_needs_its_faces(mesh):
     with pytest.raises(MechanicsError, match="no boundary 'fascia'; it has: posterior, skin"):
-        body_effects(box(), TISSUES, fascia=FASCIA)
+        body_effects(box((1, 1, 1), (1.0, 1.0, 1.0)), TISSUES, fascia=FASCIA)
