@@ -64,25 +64,25 @@ def body(
 
 
 def with_slivers(mesh: TetMesh, *, count: int, height: float) -> TetMesh:
-    """The mesh with `count` inner elements squeezed to a part of their height, far from each other.
+    """The mesh with `count` elements squeezed to a part of their height, none beside another.
 
-    A vertex v goes to c + height (v - c), c the middle of the opposite face; its edges become straight.
+    An inner vertex v goes to c + height (v - c), c the middle of the opposite face; its edges become straight.
     Raises MeshError when fewer elements can be squeezed without inverting their neighbours.
     """
-    outer = np.unique(np.concatenate([faces.ravel() for faces in mesh.boundaries.values()]))
-    touched = np.isin(np.arange(len(mesh.points)), outer)
+    outer = np.concatenate([faces.ravel() for faces in mesh.boundaries.values()])
+    taken = np.isin(np.arange(len(mesh.points)), outer)
     found = 0
     for number, cell in enumerate(mesh.cells):
-        around = np.flatnonzero((mesh.cells == cell[0]).any(axis=1))
-        if found == count or touched[mesh.cells[around]].any():
+        if found == count or taken[cell[0]]:
             continue
         c = mesh.points[cell[1:4]].mean(axis=0)
+        around = np.flatnonzero((mesh.cells[:, :4] == cell[0]).any(axis=1))
         squeezed = _with_vertex_at(mesh, cell[0], c + height * (mesh.points[cell[0]] - c), around)
         beside = around[around != number]
         neighbours = replace(squeezed, cells=mesh.cells[beside], tissue=mesh.tissue[beside])
         if quality(neighbours)["smallest_J"].gt(0).all():
             mesh, found = squeezed, found + 1
-            touched[mesh.cells[around]] = True
+            taken[mesh.cells[around]] = True
     if found < count:
         raise MeshError(f"only {found} of {count} elements can be squeezed to {height:g}: use a finer mesh")
     return mesh
@@ -91,9 +91,9 @@ def with_slivers(mesh: TetMesh, *, count: int, height: float) -> TetMesh:
 def _with_vertex_at(mesh: TetMesh, vertex: int, place: np.ndarray, around: np.ndarray) -> TetMesh:
     points = mesh.points.copy()
     points[vertex] = place
-    a, b = np.array(EDGES).T
-    cells = mesh.cells[around]
-    points[cells[:, 4:]] = (points[cells[:, a]] + points[cells[:, b]]) / 2
+    a, b = mesh.cells[around][:, np.array(EDGES)].transpose(2, 0, 1)
+    moved = (a == vertex) | (b == vertex)
+    points[mesh.cells[around, 4:][moved]] = (points[a[moved]] + points[b[moved]]) / 2
     return mesh.moved_to(points)
 
 
