@@ -66,7 +66,7 @@ def body(
 def with_slivers(mesh: TetMesh, *, count: int, height: float) -> TetMesh:
     """The mesh with `count` elements squeezed to a part of their height, none beside another.
 
-    An inner vertex v goes to c + height (v - c), c the middle of the opposite face; its edges become straight.
+    An inner vertex v goes to c + height (v - c), c the middle of the opposite face; its edges are straight.
     Raises MeshError when fewer elements can be squeezed without inverting their neighbours.
     """
     outer = np.concatenate([faces.ravel() for faces in mesh.boundaries.values()])

@@ -32,7 +32,7 @@ CHANGES = {
 
 
 def test_squeezed_elements_are_slivers_and_nothing_is_inverted():
-    mesh = body(**{**BALL, "edge_mm": 15.0}, slivers={"count": 5, "height": 0.01})
+    mesh = body(**{**BALL, "edge_mm": 15.0}, slivers={"count": 5, "height": 0.008})
     table = quality(mesh)
     assert (table.aspect_ratio > 50).sum() >= 5
     assert table.smallest_J.min() > 0
