@@ -119,7 +119,7 @@ def in_load_steps(
 
 
 def used(who: int) -> tuple[float, float]:
-    """Largest resident memory [MB] and processor time [s] so far, of this process or of those it waited for."""
+    """Largest memory [MB] and processor time [s] so far, of this process or of those it waited for."""
     usage = resource.getrusage(who)
     return usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime
 
