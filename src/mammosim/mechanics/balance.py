@@ -5,7 +5,7 @@ import numpy as np
 from mammosim.mechanics.potential import Potential
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-_MOST_PARTS = 64
+_MOST_PARTS = 16
 _ENOUGH = 1e-4
 
 

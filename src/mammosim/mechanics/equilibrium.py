@@ -15,6 +15,7 @@ import numpy as np
 
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.balance import energy_imbalance
 from mammosim.mechanics.effects.protocol import Effect
 from mammosim.mechanics.loading import Loading, Settings
@@ -80,7 +81,7 @@ def equilibrium(
     """
     held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
     held = require_well_posed(mesh, held)
-    with System.of(Potential(effects, loads), held) as system:
+    with system_of(Potential(effects, loads), held) as system:
         return solve(system, mesh.points, start=start, settings=settings)
 
 

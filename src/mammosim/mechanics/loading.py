@@ -19,6 +19,8 @@ log = logging.getLogger(__name__)
 
 # A small step over an indefinite tangent may take so many iterations, and go so much farther than the last.
 _PATIENCE = 20
+# Below this load factor steps do not become smaller any more.
+_LEAST = 1 / 16
 _FARTHEST = 4.0
 
 
@@ -26,8 +28,8 @@ _FARTHEST = 4.0
 class Settings:
     """How the loads are applied.
 
-    load_steps: how many equal steps to begin with; smallest_step: of the load factor, then the solver gives
-    up; it is also how closely a loss of stability is located.
+    load_steps: how many equal steps to begin with; smallest_step: relative to the load factor reached, then
+    the solver gives up; it is also how closely a loss of stability is located.
     """
 
     newton: NewtonSettings = field(default_factory=NewtonSettings)
@@ -64,70 +66,59 @@ class Loading:
     def from_rest(self, x: np.ndarray) -> None:
         """Go to the full load from the shape x (n_node, 3) without load. Raises EquilibriumError."""
         self.path, self.load_factors = [x], (0.0,)
+        newton = replace(self.settings.newton, projection=not self.system.potential.loads)
         step, failed = 1 / self.settings.load_steps, False
         while (reached := self.load_factors[-1]) < 1.0:
             target = min(1.0, reached + step)
             try:
-                x = self._small_step(target) if step < 2 * self.settings.smallest_step else self._step(target)
+                x = converge(self.system.under(target), self.path[-1], newton, self.history)
             except StepFailed as failure:
                 log.info("load factor %.3f failed: %s", target, failure)
                 step, failed = (target - reached) / 2, True
-                if step < self.settings.smallest_step or not self.system.potential.loads:
+                if step < self._smallest or not self.system.potential.loads:
                     raise self._error(target, failure) from failure
             else:
                 self.path.append(x)
                 self.load_factors += (target,)
                 step, failed = step if failed else 2 * step, False
 
-    def _step(self, target: float) -> np.ndarray:
-        """x under a load factor, if all tangents on the way are definite."""
-        newton = replace(self.settings.newton, projection=not self.system.potential.loads)
-        return converge(self.system.under(target), self.path[-1], newton, self.history)
-
-    def _small_step(self, target: float) -> np.ndarray:
-        """x under a load factor a little higher, over indefinite tangents too if it is stable and near."""
-        try:
-            return self._step(target)
-        except StepFailed as failure:
-            if not failure.indefinite:
-                raise
-        last = self.path[-1]
-        system = self.system.under(target)
-        newton = replace(self.settings.newton, max_iterations=_PATIENCE)
-        try:
-            x = converge(system, last, newton, self.history)
-        except StepFailed as failure:
-            raise StepFailed(str(failure), failure.x, indefinite=True) from failure
-        if not is_stable(system, x):
-            raise StepFailed("the equilibrium found is a saddle", x, indefinite=True)
-        moved = float(np.abs(x - last).max())
-        if moved > _FARTHEST * self._rate() * (target - self.load_factors[-1]):
-            raise StepFailed(f"the shape jumps by {moved:.1f} mm", last, indefinite=True)
-        return x
-
-    def _rate(self) -> float:
-        """How far the fastest node moved per load factor in the last step, mm."""
-        if len(self.path) == 1:
-            return np.inf
-        before, after = self.load_factors[-2:]
-        return float(np.abs(self.path[-1] - self.path[-2]).max()) / (after - before)
+    @property
+    def _smallest(self) -> float:
+        """The smallest step of the load factor from where it is."""
+        return self.settings.smallest_step * max(self.load_factors[-1], _LEAST)
 
     def _error(self, target: float, failure: StepFailed) -> EquilibriumError:
         """The diagnosis of a failure to go on to a load factor."""
-        reached = self.load_factors[-1]
+        reached, mode = self.load_factors[-1], None
         helps = advice(self.system.potential, reached)
-        if not failure.indefinite:
-            return EquilibriumError(
-                f"no equilibrium was found beyond load factor {reached:.3f}: {failure}. The shape may have "
-                f"lost its stability: {helps}; or start from a neighbouring equilibrium",
-                history=tuple(self.history),
-                load_factor=reached,
+        if failure.indefinite:
+            x, found = self._beyond(target, failure)
+            mode = lowest_mode(self.system.under(target), x, self.path[-1])
+            message = (
+                f"stability is lost between load factors {reached:.3f} and {target:.3f}: "
+                f"{mode.words(self.reference)}{found}. To keep it, {helps}"
             )
-        mode = lowest_mode(self.system.under(target), failure.x, self.path[-1])
+        else:
+            message = (
+                f"no equilibrium was found beyond load factor {reached:.3f}: {failure}. The shape may have "
+                f"lost its stability: {helps}; or start from a neighbouring equilibrium"
+            )
         return EquilibriumError(
-            f"stability is lost between load factors {reached:.3f} and {target:.3f} ({failure}): "
-            f"{mode.words(self.reference)}. To keep it, {helps}",
+            message,
             history=tuple(self.history),
             load_factor=reached,
-            mode=mode.shape,
+            mode=None if mode is None else mode.shape,
         )
+
+    def _beyond(self, target: float, failure: StepFailed) -> tuple[np.ndarray, str]:
+        """An unstable shape beyond a loss of stability, near a saddle if there is one; what lies there."""
+        system = self.system.under(target)
+        newton = replace(self.settings.newton, max_iterations=_PATIENCE)
+        try:
+            x = converge(system, self.path[-1], newton, self.history)
+        except StepFailed as lost:
+            return lost.x, ""
+        if not is_stable(system, x):
+            return x, ", from an equilibrium that is no minimum any more"
+        moved = float(np.linalg.norm(x - self.path[-1], axis=1).max())
+        return failure.x, f"; another stable shape is {moved:.0f} mm away"
