@@ -150,7 +150,11 @@ def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: l
         if progress.stagnates(iteration, residual, settings.stagnation):
             raise StepFailed(f"the residual stagnates at {progress.smallest:.1e}", x)
         accuracy = _accuracy(residual, last, settings)
-        dx, slope, negative = _newton_step(system, tangent_of, x, settings, accuracy)
+        try:
+            dx, slope, negative = _newton_step(system, tangent_of, x, settings, accuracy)
+        except IndefiniteTangent as found:
+            history.append(row._replace(negative_pivots=found.negative))
+            raise StepFailed("the tangent is indefinite", x, indefinite=True) from found
         last = residual
         if best is None or energy <= best.energy + 1e-4 * best.slope + _rounding(best.energy):
             best = _Watchdog(x, energy, dx, slope)
@@ -177,14 +181,14 @@ def _newton_step(
 ) -> tuple[np.ndarray, float, int]:
     """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then projected.
 
-    Raises StepFailed for an indefinite tangent that may not be projected.
+    Raises IndefiniteTangent when it may not be projected.
     """
     g = system.free_gradient(x)
     try:
         step, negative = system.solver.solve(tangent_of.tangent(x, system.pattern), -g, accuracy), 0
     except IndefiniteTangent as found:
         if not settings.projection:
-            raise StepFailed("the tangent is indefinite", x, indefinite=True) from found
+            raise
         projected = tangent_of.tangent(x, system.pattern, projected=True)
         step, negative = system.solver.solve_projected(projected, -g, accuracy), found.negative
     if not np.all(np.isfinite(step)):
