@@ -55,6 +55,14 @@ class TangentSolver(Protocol):
         """Whether K is positive definite."""
         ...
 
+    def preconditioned(self, r: np.ndarray) -> np.ndarray:
+        """M^-1 r (n_free,), M the last tangent or its approximation, symmetric and positive definite."""
+        ...
+
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors."""
+
     def release(self) -> None:
         """Give back what memory is not Python's."""
 
@@ -88,6 +96,15 @@ class DirectSolver:
     def is_definite(self, K: Tangent) -> bool:
         """Whether no pivot is negative."""
         return self._symmetric.factorise(self._rows.values(K))
+
+    def preconditioned(self, r: np.ndarray) -> np.ndarray:
+        """See TangentSolver."""
+        return self._symmetric.solve(r)
+
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors of the whole matrix."""
+        return self._symmetric.memory_mb
 
     def release(self) -> None:
         """Give PARDISO's memory back."""
@@ -227,6 +244,17 @@ class MultigridSolver:
         r = np.zeros(self._held.size)
         r[self._rows.free] = b
         return r.reshape(self._held.shape)
+
+    def preconditioned(self, r: np.ndarray) -> np.ndarray:
+        """See TangentSolver."""
+        if self._direct is not None:
+            return self._direct.preconditioned(r)
+        return self._cycle(self._spread(r)).ravel()[self._rows.free]
+
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors of the coarse matrix, and of the whole one."""
+        return self._cycle.coarse.memory_mb + (self._direct.memory_mb if self._direct else 0.0)
 
     def release(self) -> None:
         """Give PARDISO's memory back."""
