@@ -58,11 +58,23 @@ def pattern_of(n_node: int, connectivities: list[np.ndarray]) -> Pattern:
 
 
 @dataclass(frozen=True)
+class Constraint:
+    """B^T M^-1 B without its products, which would couple too many nodes: a volume that M lets change.
+
+    B (n_constraint, 3 n_node) mm2; M (n_constraint, n_constraint) mm3/kPa, symmetric and positive definite.
+    """
+
+    B: sparse.csr_matrix
+    M: sparse.csr_matrix
+
+
+@dataclass(frozen=True)
 class Tangent:
-    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern; effects add to them."""
+    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, and constraints; effects add to both."""
 
     pattern: Pattern
     blocks: np.ndarray
+    constraints: list[Constraint] = field(default_factory=list)
 
     @classmethod
     def zero(cls, pattern: Pattern) -> "Tangent":
@@ -75,11 +87,15 @@ class Tangent:
         _gather(scatter.order, scatter.start, Ke.reshape(-1, 3, 3), self.blocks)
 
     def to_csr(self) -> sparse.csr_matrix:
-        """The full matrix (3 n_node, 3 n_node)."""
+        """The full matrix (3 n_node, 3 n_node), constraints multiplied out: for small meshes."""
         n = self.pattern.n_node
-        return sparse.bsr_matrix(
+        K = sparse.bsr_matrix(
             (self.blocks, self.pattern.columns, self.pattern.row_start), shape=(3 * n, 3 * n)
         ).tocsr()
+        for constraint in self.constraints:
+            stiff = constraint.B.T @ np.linalg.solve(constraint.M.toarray(), constraint.B.toarray())
+            K = K + sparse.csr_matrix((stiff + stiff.T) / 2)
+        return K
 
 
 @dataclass(frozen=True)
@@ -106,6 +122,17 @@ def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
     number[free] = np.arange(len(free))
     row_start, columns, source = _upper(pattern.row_start, pattern.columns, number.reshape(-1, 3))
     return UpperRows(free, row_start, columns, source)
+
+
+def with_pressures(rows: UpperRows, K: Tangent) -> sparse.csr_matrix:
+    """The upper triangle of [[K, B^T], [B, -M]] over the free degrees of freedom and all constraints."""
+    n = len(rows.free)
+    upper = sparse.csr_matrix((rows.values(K), rows.columns, rows.row_start), shape=(n, n))
+    B = sparse.vstack([constraint.B for constraint in K.constraints], format="csc")[:, rows.free]
+    M = sparse.block_diag([sparse.triu(constraint.M) for constraint in K.constraints])
+    matrix = sparse.bmat([[upper, B.T], [None, -M]], format="csr")
+    matrix.sort_indices()
+    return matrix
 
 
 def add_to_nodes(connectivity: np.ndarray, ge: np.ndarray, g: np.ndarray) -> None:

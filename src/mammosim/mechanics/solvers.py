@@ -9,7 +9,7 @@ from scipy.linalg import eigh_tridiagonal
 from mammosim.core.rng import generator
 from mammosim.mechanics.linear import SymmetricSolver
 from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle, dot
-from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows
+from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows, with_pressures
 
 log = logging.getLogger(__name__)
 
@@ -60,13 +60,18 @@ class TangentSolver(Protocol):
 
 
 class DirectSolver:
-    """LDL^T of the whole matrix; the tolerance is not used. The inertia proves whether K is definite."""
+    """LDL^T of the whole matrix; the tolerance is not used. The inertia proves whether K is definite.
+
+    Constraints are factorised with the pressures as unknowns, [[K, B^T], [B, -M]]: of its negative pivots, one
+    for each pressure belongs to -M and the others to K + B^T M^-1 B (additivity of the inertia).
+    """
 
     stability = "inertia"
 
     def __init__(self, rows: UpperRows) -> None:
         self.iterations = 0
         self._rows = rows
+        self._pressures = 0
         self._symmetric = SymmetricSolver(rows.row_start, rows.columns)
 
     @property
@@ -76,18 +81,34 @@ class DirectSolver:
 
     def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver."""
-        if not self.is_definite(K):
-            raise IndefiniteTangent(self._symmetric.negative_pivots)
-        return self._symmetric.solve(b)
+        negative = self._negative_pivots(K)
+        if negative:
+            raise IndefiniteTangent(negative)
+        return self._solved(b)
 
     def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver."""
-        self._symmetric.factorise(self._rows.values(K))
-        return self._symmetric.solve(b)
+        self._negative_pivots(K)
+        return self._solved(b)
 
     def is_definite(self, K: Tangent) -> bool:
         """Whether no pivot is negative."""
-        return self._symmetric.factorise(self._rows.values(K))
+        return self._negative_pivots(K) == 0
+
+    def _negative_pivots(self, K: Tangent) -> int:
+        """Factorise; how many eigenvalues of K are negative."""
+        if K.constraints:
+            upper = with_pressures(self._rows, K)
+            if self._pressures != upper.shape[0] - len(self._rows.free):
+                self._symmetric = self._symmetric.successor(upper.indptr, upper.indices)
+                self._pressures = upper.shape[0] - len(self._rows.free)
+            self._symmetric.factorise(upper.data)
+        else:
+            self._symmetric.factorise(self._rows.values(K))
+        return self._symmetric.negative_pivots - self._pressures
+
+    def _solved(self, b: np.ndarray) -> np.ndarray:
+        return self._symmetric.solve(np.concatenate([b, np.zeros(self._pressures)]))[: len(b)]
 
     def release(self) -> None:
         """Give PARDISO's memory back."""
@@ -122,8 +143,8 @@ class MultigridSolver:
 
     def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver."""
-        if self._direct is not None:
-            return self._direct.solve(K, b, tolerance)
+        if self._direct is not None or K.constraints:
+            return self._direct_from_now_on().solve(K, b, tolerance)
         try:
             self._cycle.prepare(K)
             return self._conjugate_gradients(b, tolerance)
@@ -132,8 +153,8 @@ class MultigridSolver:
 
     def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver; ends at a direction of descent where rounding makes p . K p negative."""
-        if self._direct is not None:
-            return self._direct.solve_projected(K, b, tolerance)
+        if self._direct is not None or K.constraints:
+            return self._direct_from_now_on().solve_projected(K, b, tolerance)
         try:
             self._cycle.prepare(K, semidefinite=True)
             return self._conjugate_gradients(b, tolerance, semidefinite=True)
@@ -141,9 +162,10 @@ class MultigridSolver:
             return self._direct_from_now_on().solve_projected(K, b, tolerance)
 
     def _direct_from_now_on(self) -> DirectSolver:
-        log.info("conjugate gradients need too many iterations: the matrix is factorised from now on")
-        self._cycle.coarse.release()
-        self._direct = DirectSolver(self._rows)
+        if self._direct is None:
+            log.info("not a case for conjugate gradients: the matrix is factorised from now on")
+            self._cycle.coarse.release()
+            self._direct = DirectSolver(self._rows)
         return self._direct
 
     def _conjugate_gradients(
@@ -184,8 +206,8 @@ class MultigridSolver:
         1.648 sqrt(n c) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED;
         c = CONDITION bounds how unevenly M^-1/2 spreads the random vector.
         """
-        if self._direct is not None:
-            return self._direct.is_definite(K)
+        if self._direct is not None or K.constraints:
+            return self._direct_from_now_on().is_definite(K)
         try:
             self._cycle.prepare(K)
             t, steps = self._smallest_ritz_value()
