@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import SuperLU
 
 
 @dataclass(frozen=True)
@@ -59,22 +60,25 @@ def pattern_of(n_node: int, connectivities: list[np.ndarray]) -> Pattern:
 
 @dataclass(frozen=True)
 class Constraint:
-    """B^T M^-1 B without its products, which would couple too many nodes: a volume that M lets change.
+    """B^T M^-1 B without its products, which would couple too many nodes: volumes that pressures hold.
 
-    B (n_constraint, 3 n_node) mm2; M (n_constraint, n_constraint) mm3/kPa, symmetric and positive definite.
+    B (n_p, 3 n_node) mm2; M (n_p, n_p) mm3/kPa, symmetric and positive definite, with its factors;
+    softness (n_p,): B K^-1 B^T of the blocks K is about softness times M, in every row.
     """
 
     B: sparse.csr_matrix
     M: sparse.csr_matrix
+    factors: SuperLU
+    softness: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass
 class Tangent:
-    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, and constraints; effects add to both."""
+    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add; one of them may add a constraint."""
 
     pattern: Pattern
     blocks: np.ndarray
-    constraints: list[Constraint] = field(default_factory=list)
+    constraint: Constraint | None = None
 
     @classmethod
     def zero(cls, pattern: Pattern) -> "Tangent":
@@ -92,10 +96,11 @@ class Tangent:
         K = sparse.bsr_matrix(
             (self.blocks, self.pattern.columns, self.pattern.row_start), shape=(3 * n, 3 * n)
         ).tocsr()
-        for constraint in self.constraints:
-            stiff = constraint.B.T @ np.linalg.solve(constraint.M.toarray(), constraint.B.toarray())
-            K = K + sparse.csr_matrix((stiff + stiff.T) / 2)
-        return K
+        if self.constraint is None:
+            return K
+        B = self.constraint.B.toarray()
+        stiff = B.T @ self.constraint.factors.solve(B)
+        return K + sparse.csr_matrix((stiff + stiff.T) / 2)
 
 
 @dataclass(frozen=True)
@@ -124,13 +129,12 @@ def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
     return UpperRows(free, row_start, columns, source)
 
 
-def with_pressures(rows: UpperRows, K: Tangent) -> sparse.csr_matrix:
-    """The upper triangle of [[K, B^T], [B, -M]] over the free degrees of freedom and all constraints."""
+def with_pressures(rows: UpperRows, K: Tangent, constraint: Constraint) -> sparse.csr_matrix:
+    """The upper triangle of [[K, B^T], [B, -M]] over the free degrees of freedom and the pressures."""
     n = len(rows.free)
     upper = sparse.csr_matrix((rows.values(K), rows.columns, rows.row_start), shape=(n, n))
-    B = sparse.vstack([constraint.B for constraint in K.constraints], format="csc")[:, rows.free]
-    M = sparse.block_diag([sparse.triu(constraint.M) for constraint in K.constraints])
-    matrix = sparse.bmat([[upper, B.T], [None, -M]], format="csr")
+    B = constraint.B.tocsc()[:, rows.free]
+    matrix = sparse.bmat([[upper, B.T], [None, -sparse.triu(constraint.M)]], format="csr")
     matrix.sort_indices()
     return matrix
 

@@ -9,7 +9,8 @@ from scipy.linalg import eigh_tridiagonal
 from mammosim.core.rng import generator
 from mammosim.mechanics.linear import SymmetricSolver
 from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle, dot
-from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows, with_pressures
+from mammosim.mechanics.pattern import Constraint, Pattern, Tangent, UpperRows, with_pressures
+from mammosim.mechanics.saddle import SaddlePoint
 
 log = logging.getLogger(__name__)
 
@@ -62,8 +63,8 @@ class TangentSolver(Protocol):
 class DirectSolver:
     """LDL^T of the whole matrix; the tolerance is not used. The inertia proves whether K is definite.
 
-    Constraints are factorised with the pressures as unknowns, [[K, B^T], [B, -M]]: of its negative pivots, one
-    for each pressure belongs to -M and the others to K + B^T M^-1 B (additivity of the inertia).
+    A constraint is factorised with its pressures as unknowns, [[K, B^T], [B, -M]]: of the negative pivots one
+    for each pressure belongs to -M, the others to K + B^T M^-1 B (additivity of the inertia).
     """
 
     stability = "inertia"
@@ -97,8 +98,8 @@ class DirectSolver:
 
     def _negative_pivots(self, K: Tangent) -> int:
         """Factorise; how many eigenvalues of K are negative."""
-        if K.constraints:
-            upper = with_pressures(self._rows, K)
+        if K.constraint is not None:
+            upper = with_pressures(self._rows, K, K.constraint)
             if self._pressures != upper.shape[0] - len(self._rows.free):
                 self._symmetric = self._symmetric.successor(upper.indptr, upper.indices)
                 self._pressures = upper.shape[0] - len(self._rows.free)
@@ -143,29 +144,44 @@ class MultigridSolver:
 
     def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver."""
-        if self._direct is not None or K.constraints:
-            return self._direct_from_now_on().solve(K, b, tolerance)
+        if self._direct is not None:
+            return self._direct.solve(K, b, tolerance)
         try:
             self._cycle.prepare(K)
+            if K.constraint is not None:
+                return self._constrained(K.constraint, b, tolerance)
             return self._conjugate_gradients(b, tolerance)
         except _TooManySteps:
             return self._direct_from_now_on().solve(K, b, tolerance)
 
     def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver; ends at a direction of descent where rounding makes p . K p negative."""
-        if self._direct is not None or K.constraints:
-            return self._direct_from_now_on().solve_projected(K, b, tolerance)
+        if self._direct is not None:
+            return self._direct.solve_projected(K, b, tolerance)
         try:
             self._cycle.prepare(K, semidefinite=True)
+            if K.constraint is not None:
+                return self._constrained(K.constraint, b, tolerance)
             return self._conjugate_gradients(b, tolerance, semidefinite=True)
         except _TooManySteps:
             return self._direct_from_now_on().solve_projected(K, b, tolerance)
 
+    def _constrained(self, constraint: Constraint, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """By GMRES with the pressures as unknowns; a step that does not descend shows that K is indefinite."""
+        system = SaddlePoint(self._cycle, constraint, self._held)
+        x, iterations = system.solve(self._spread(b), tolerance, MAX_ITERATIONS)
+        self.iterations += iterations
+        if x is None:
+            raise _TooManySteps
+        step = x.ravel()[self._rows.free]
+        if not np.sum(step * b) > 0:
+            raise IndefiniteTangent(1)
+        return step
+
     def _direct_from_now_on(self) -> DirectSolver:
-        if self._direct is None:
-            log.info("not a case for conjugate gradients: the matrix is factorised from now on")
-            self._cycle.coarse.release()
-            self._direct = DirectSolver(self._rows)
+        log.info("too many iterations are needed: the matrix is factorised from now on")
+        self._cycle.coarse.release()
+        self._direct = DirectSolver(self._rows)
         return self._direct
 
     def _conjugate_gradients(
@@ -206,14 +222,15 @@ class MultigridSolver:
         1.648 sqrt(n c) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED;
         c = CONDITION bounds how unevenly M^-1/2 spreads the random vector.
         """
-        if self._direct is not None or K.constraints:
-            return self._direct_from_now_on().is_definite(K)
+        if self._direct is not None:
+            return self._direct.is_definite(K)
         try:
             self._cycle.prepare(K)
             t, steps = self._smallest_ritz_value()
             log.debug("Lanczos: smallest eigenvalue of M^-1 K about %.3g after %d steps", t, steps)
         except IndefiniteTangent:
-            return False
+            # With a constraint the whole matrix may yet be definite: its factors tell.
+            return K.constraint is not None and self._direct_from_now_on().is_definite(K)
         except _TooManySteps:
             return self._direct_from_now_on().is_definite(K)
         return True

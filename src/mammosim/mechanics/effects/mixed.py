@@ -35,7 +35,7 @@ class PressureSpace:
     """Pressures of the cells `held`, (n_held,) of all cells, at their vertices.
 
     unknowns (n_held, 4): the number of a cell's p_v, one for each vertex and tissue; volumes (n_held, 4) mm3 of
-    the integration points; M (n_p, n_p) mm3/kPa; entry (n_held, 4, 10): where the pairs (v, a) stand in B,
+    the integration points; M (n_p, n_p) mm3/kPa; softness (n_p,), see Constraint; entry (n_held, 4, 10): where the pairs (v, a) stand in B,
     whose rows are `row_start`, `nodes`.
     """
 
@@ -44,28 +44,31 @@ class PressureSpace:
     volumes: np.ndarray
     M: sparse.csr_matrix
     factors: SuperLU
+    softness: np.ndarray
     entry: np.ndarray
     row_start: np.ndarray
     nodes: np.ndarray
 
     @classmethod
-    def of(cls, cells: np.ndarray, tissue: np.ndarray, volumes: np.ndarray, k: np.ndarray) -> "PressureSpace":
-        """For the cells (n_cell, 10) where k (n_cell,) kPa is positive; volumes (n_cell, 4)."""
-        held = np.flatnonzero(k > 0)
-        cells, volumes = cells[held], volumes[held]
-        pairs = (
-            cells[:, :4] + (int(cells.max()) + 1) * np.searchsorted(np.unique(tissue), tissue[held])[:, None]
-        )
-        unknowns = np.unique(pairs, return_inverse=True)[1].reshape(-1, 4)
+    def of(cls, mesh: TetMesh, pointwise: NeoHookean, k: np.ndarray) -> "PressureSpace":
+        """For the cells where k - k' is positive, k (n_cell,) kPa and k' of the pointwise law."""
+        stiffness = k - pointwise.k
+        held = np.flatnonzero(stiffness > 0)
+        cells, volumes, stiffness = mesh.cells[held], pointwise.quadrature.volumes[held], stiffness[held]
+        n_node = len(mesh.points)
+        layer = np.unique(mesh.tissue[held], return_inverse=True)[1]
+        vertices = cells[:, :4] + n_node * layer[:, None]
+        unknowns = np.unique(vertices, return_inverse=True)[1].reshape(-1, 4)
         n_p = int(unknowns.max()) + 1
-        Me = np.einsum("eq,qv,qw->evw", volumes / k[held, None], N, N)
-        rows = np.repeat(unknowns, 4, axis=1).ravel()
-        M = sparse.coo_matrix((Me.ravel(), (rows, np.tile(unknowns, 4).ravel())), (n_p, n_p)).tocsr()
+        Me = np.einsum("eq,qv,qw->evw", volumes / stiffness[:, None], N, N)
+        places = (np.repeat(unknowns, 4, axis=1).ravel(), np.tile(unknowns, 4).ravel())
+        M = sparse.coo_matrix((Me.ravel(), places), (n_p, n_p)).tocsr()
         factors = splu(M.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        n_node = int(cells.max()) + 1
+        softness = np.empty(n_p)
+        softness[unknowns] = (stiffness / (pointwise.k + 4 / 3 * pointwise.mu)[held])[:, None]
         keys, entry = np.unique(unknowns[:, :, None] * n_node + cells[:, None, :], return_inverse=True)
         row_start = np.searchsorted(keys // n_node, np.arange(n_p + 1))
-        return cls(held, unknowns, volumes, M, factors, entry.reshape(-1), row_start, keys % n_node)
+        return cls(held, unknowns, volumes, M, factors, softness, entry.ravel(), row_start, keys % n_node)
 
     def pressure(self, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """p (n_p,) kPa, and b (n_p,) mm3, of J - 1 at the points of all cells, change (n_cell, 4)."""
@@ -85,12 +88,15 @@ class PressureSpace:
         B = sparse.bsr_matrix(
             (blocks[:, None, :], self.nodes, self.row_start), (len(self.row_start) - 1, 3 * n_node)
         )
-        return Constraint(B.tocsr(), self.M)
+        return Constraint(B.tocsr(), self.M, self.factors, self.softness)
 
 
 @dataclass(frozen=True)
 class MixedNeoHookean:
-    """The elastic energy of all cells; pointwise has k', space the rest; pressure (n_p,) of the tangent if predicted."""
+    """The elastic energy of all cells: pointwise with k', space with the rest.
+
+    pressure (n_p,) kPa: p of the tangent if predicted.
+    """
 
     pointwise: NeoHookean
     space: PressureSpace
@@ -101,8 +107,7 @@ class MixedNeoHookean:
         """The cells of a mesh whose points are the reference. Raises MechanicsError for an unknown tissue."""
         whole = NeoHookean.of(mesh, tissues)
         pointwise = whole.softened(POINTWISE_RATIO)
-        volumes = whole.quadrature.volumes
-        return cls(pointwise, PressureSpace.of(mesh.cells, mesh.tissue, volumes, whole.k - pointwise.k))
+        return cls(pointwise, PressureSpace.of(mesh, pointwise, whole.k))
 
     @property
     def cells(self) -> np.ndarray:
@@ -140,7 +145,7 @@ class MixedNeoHookean:
         self.pointwise.add_tangent_under(x, total, K, projected=projected)
         q, held = self.pointwise.quadrature, self.space.held
         Be = volume_gradients(x, self.cells[held], q.gradients[held], q.volumes[held], N)
-        K.constraints.append(self.space.constraint(Be, len(x)))
+        K.constraint = self.space.constraint(Be, len(x))
 
     def smallest_J(self, x: np.ndarray) -> float:
         """The smallest J of the integration points."""
