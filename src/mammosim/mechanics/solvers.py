@@ -167,7 +167,7 @@ class MultigridSolver:
             return self._direct_from_now_on().solve_projected(K, b, tolerance)
 
     def _constrained(self, constraint: Constraint, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """By GMRES with the pressures as unknowns; a step that does not descend shows that K is indefinite."""
+        """By GMRES with pressures as unknowns; a step that does not descend proves K indefinite."""
         system = SaddlePoint(self._cycle, constraint, self._held)
         x, iterations = system.solve(self._spread(b), tolerance, MAX_ITERATIONS)
         self.iterations += iterations

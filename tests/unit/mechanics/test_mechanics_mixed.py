@@ -1,4 +1,4 @@
-"""The mixed law of nearly incompressible tissue: a potential, cheap where that suffices, solved either way."""
+"""The mixed law of nearly incompressible tissue: a potential, kept for where it is needed, solved two ways."""
 
 import numpy as np
 import pytest
