@@ -1,4 +1,4 @@
-"""The mixed law of nearly incompressible tissue: a potential, kept for where it is needed, solved two ways."""
+"""The mixed law of nearly incompressible tissue: a potential, taken where it is needed."""
 
 import numpy as np
 import pytest

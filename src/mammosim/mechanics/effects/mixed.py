@@ -21,7 +21,8 @@ from scipy.sparse.linalg import SuperLU, splu
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.effects.bulk import NeoHookean, volume_gradients
+from mammosim.mechanics.effects.bulk import NeoHookean
+from mammosim.mechanics.effects.bulk_kernels import volume_gradients
 from mammosim.mechanics.pattern import Constraint, Tangent
 from mammosim.mechanics.reference import TETRAHEDRON_POINTS
 
@@ -32,11 +33,11 @@ N = TETRAHEDRON_POINTS  # (4, 4): N_v at the integration points is their barycen
 
 @dataclass(frozen=True)
 class PressureSpace:
-    """Pressures of the cells `held`, (n_held,) of all cells, at their vertices.
+    """Pressures at the vertices of the cells `held` (n_held,), the numbers of those whose volume they hold.
 
-    unknowns (n_held, 4): the number of a cell's p_v, one for each vertex and tissue; volumes (n_held, 4) mm3 of
-    the integration points; M (n_p, n_p) mm3/kPa; softness (n_p,), see Constraint; entry (n_held, 4, 10): where the pairs (v, a) stand in B,
-    whose rows are `row_start`, `nodes`.
+    unknowns (n_held, 4): the number of a cell's p_v, one for each vertex and tissue; volumes (n_held, 4) mm3
+    of the integration points; M (n_p, n_p) mm3/kPa with its factors; softness (n_p,), see Constraint. B has
+    the pairs of pressures and nodes `row_start`, `nodes`; entry: which of them a cell's (v, a) is.
     """
 
     held: np.ndarray
