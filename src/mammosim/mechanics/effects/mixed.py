@@ -18,6 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
@@ -105,9 +106,18 @@ class MixedNeoHookean:
 
     @classmethod
     def of(cls, mesh: TetMesh, tissues: Mapping[Label, Tissue]) -> "MixedNeoHookean":
-        """The cells of a mesh whose points are the reference. Raises MechanicsError for an unknown tissue."""
+        """The cells of a mesh whose points are the reference.
+
+        Raises MechanicsError for an unknown tissue, or when no tissue has k > c mu.
+        """
         whole = NeoHookean.of(mesh, tissues)
         pointwise = whole.softened(POINTWISE_RATIO)
+        if np.all(whole.k == pointwise.k):
+            largest = (whole.k / whole.mu).max()
+            raise MechanicsError(
+                f"k / mu is {largest:.3g} at most, not above {POINTWISE_RATIO:g}: nothing is left to the "
+                "pressures; use NeoHookean, or bulk_tissue, which chooses"
+            )
         return cls(pointwise, PressureSpace.of(mesh, pointwise, whole.k))
 
     @property
