@@ -80,7 +80,7 @@ def exact(X, k, A=0.08, p0=0.3):
 
 def distorted(n):
     """A cube of 6 n^3 straight tetrahedra whose inner vertices are moved by up to a fifth of the spacing."""
-    mesh = box((n, n, n))
+    mesh = box((n, n, n), (1.0, 1.0, 1.0))
     points = mesh.points.copy()
     vertices = np.unique(mesh.cells[:, :4])
     inner = vertices[np.all((points[vertices] > 1e-9) & (points[vertices] < 1 - 1e-9), axis=1)]
