@@ -1,23 +1,40 @@
 """The sparsity pattern that all effects of a mesh share, and the tangent matrix stored in it.
 
-K is kept as 3x3 blocks in compressed rows over the nodes, both triangles. Element tangents are computed into
-arrays of their own and then gathered block by block, always in the order of the elements: the sum is the same
-for any number of threads.
+K is kept as 3x3 blocks in compressed rows over the nodes, both triangles. Element tangents are computed a
+batch of elements at a time, so that they stay in the cache, and then gathered block by block, always in the
+order of the elements: the sum is the same for any number of threads.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numba
 import numpy as np
 from scipy import sparse
 
+# Elements whose tangents are in memory at the same time; 1.8 MB of quadratic tetrahedra.
+BATCH = 256
+
 
 @dataclass(frozen=True)
 class Scatter:
-    """Block p sums the entries order[start[p]:start[p + 1]] of element tangents (n_element * m * m, 3, 3)."""
+    """Where the element tangents of a batch, (n_element * m * m, 3, 3), go.
 
+    Block target[t] sums the entries order[start[t]:start[t + 1]].
+    """
+
+    batch: slice
     order: np.ndarray
     start: np.ndarray
+    target: np.ndarray
+
+    @classmethod
+    def of(cls, batch: slice, where: np.ndarray) -> "Scatter":
+        """The scatter of entries that go to the blocks `where`, (n_element * m * m,)."""
+        order = np.argsort(where, kind="stable").astype(np.int32)
+        target, first = np.unique(where[order], return_index=True)
+        return cls(batch, order, np.append(first, len(order)).astype(np.int32), target)
 
 
 @dataclass(frozen=True)
@@ -26,21 +43,22 @@ class Pattern:
 
     row_start: np.ndarray
     columns: np.ndarray
-    _scatters: dict[int, tuple[np.ndarray, Scatter]] = field(default_factory=dict, repr=False)
+    _scatters: dict[int, tuple[np.ndarray, list[Scatter]]] = field(default_factory=dict, repr=False)
 
     @property
     def n_node(self) -> int:
         """Number of block rows."""
         return len(self.row_start) - 1
 
-    def scatter(self, connectivity: np.ndarray) -> Scatter:
-        """The scatter of elements (n_element, m); computed once for each connectivity array."""
+    def scatters(self, connectivity: np.ndarray) -> list[Scatter]:
+        """Those of the batches of elements (n_element, m); computed once for each connectivity array."""
         if id(connectivity) not in self._scatters:
-            where = _positions(self.row_start, self.columns, connectivity).ravel()
-            order = np.argsort(where, kind="stable").astype(np.int32)
-            counts = np.bincount(where, minlength=len(self.columns))
-            start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-            self._scatters[id(connectivity)] = (connectivity, Scatter(order, start))
+            batches = [slice(e, e + BATCH) for e in range(0, len(connectivity), BATCH)]
+            found = [
+                Scatter.of(part, _positions(self.row_start, self.columns, connectivity[part]).ravel())
+                for part in batches
+            ]
+            self._scatters[id(connectivity)] = (connectivity, found)
         return self._scatters[id(connectivity)][1]
 
 
@@ -71,8 +89,13 @@ class Tangent:
 
     def add(self, connectivity: np.ndarray, Ke: np.ndarray) -> None:
         """K += the element tangents Ke (n_element, m, m, 3, 3) of elements (n_element, m)."""
-        scatter = self.pattern.scatter(connectivity)
-        _gather(scatter.order, scatter.start, Ke.reshape(-1, 3, 3), self.blocks)
+        self.add_in_batches(connectivity, lambda batch: Ke[batch])
+
+    def add_in_batches(self, connectivity: np.ndarray, tangents: Callable[[slice], np.ndarray]) -> None:
+        """As add, with tangents(batch) (n_in_batch, m, m, 3, 3) of a slice of the elements at a time."""
+        for scatter in self.pattern.scatters(connectivity):
+            Ke = tangents(scatter.batch).reshape(-1, 3, 3)
+            _gather(scatter.order, scatter.start, scatter.target, Ke, self.blocks)
 
     def to_csr(self) -> sparse.csr_matrix:
         """The full matrix (3 n_node, 3 n_node)."""
@@ -86,26 +109,37 @@ class Tangent:
 class UpperRows:
     """The upper triangle of the free part of a pattern, in compressed rows, and the place of its values.
 
-    free (n_free,): degrees of freedom 3 * node + component, ascending; source: where K.blocks has the values.
+    free (n_free,): degrees of freedom 3 * node + component, ascending. The rows are found when asked for.
     """
 
+    pattern: Pattern
     free: np.ndarray
-    row_start: np.ndarray
-    columns: np.ndarray
-    source: np.ndarray
+
+    @property
+    def row_start(self) -> np.ndarray:
+        """(n_free + 1,)."""
+        return self._rows[0]
+
+    @property
+    def columns(self) -> np.ndarray:
+        """(n_entry,) numbers of free degrees of freedom."""
+        return self._rows[1]
+
+    @cached_property
+    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """row_start, columns, and where K.blocks has their values."""
+        number = np.full(3 * self.pattern.n_node, -1, dtype=np.int32)
+        number[self.free] = np.arange(len(self.free))
+        return _upper(self.pattern.row_start, self.pattern.columns, number.reshape(-1, 3))
 
     def values(self, K: Tangent) -> np.ndarray:
         """The values of the rows' entries, (n_entry,)."""
-        return K.blocks.reshape(-1)[self.source]
+        return K.blocks.reshape(-1)[self._rows[2]]
 
 
 def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
     """The upper triangle over the degrees of freedom that are not held, held (n_node, 3) bool."""
-    free = np.flatnonzero(~held.ravel())
-    number = np.full(held.size, -1, dtype=np.int32)
-    number[free] = np.arange(len(free))
-    row_start, columns, source = _upper(pattern.row_start, pattern.columns, number.reshape(-1, 3))
-    return UpperRows(free, row_start, columns, source)
+    return UpperRows(pattern, np.flatnonzero(~held.ravel()))
 
 
 def add_to_nodes(connectivity: np.ndarray, ge: np.ndarray, g: np.ndarray) -> None:
@@ -135,12 +169,13 @@ def _positions(row_start, columns, connectivity):  # type: ignore[no-untyped-def
 
 
 @numba.njit(cache=True, parallel=True)
-def _gather(order, start, Ke, blocks):  # type: ignore[no-untyped-def]
-    for p in numba.prange(blocks.shape[0]):
-        for t in range(start[p], start[p + 1]):
+def _gather(order, start, target, Ke, blocks):  # type: ignore[no-untyped-def]
+    for s in numba.prange(len(target)):
+        block = blocks[target[s]]
+        for t in range(start[s], start[s + 1]):
             for i in range(3):
                 for j in range(3):
-                    blocks[p, i, j] += Ke[order[t], i, j]
+                    block[i, j] += Ke[order[t], i, j]
 
 
 @numba.njit(cache=True)

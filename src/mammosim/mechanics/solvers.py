@@ -8,8 +8,9 @@ from scipy.linalg import eigh_tridiagonal
 
 from mammosim.core.rng import generator
 from mammosim.mechanics.linear import SymmetricSolver
-from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle, dot
+from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle
 from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows
+from mammosim.mechanics.smoother import dot
 
 log = logging.getLogger(__name__)
 
@@ -118,7 +119,7 @@ class MultigridSolver:
     @property
     def factorisations(self) -> int:
         """Of the coarse matrix, and of the whole one."""
-        return self._cycle.coarse.factorisations + (self._direct.factorisations if self._direct else 0)
+        return self._cycle.factorisations + (self._direct.factorisations if self._direct else 0)
 
     def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver."""
@@ -142,7 +143,7 @@ class MultigridSolver:
 
     def _direct_from_now_on(self) -> DirectSolver:
         log.info("conjugate gradients need too many iterations: the matrix is factorised from now on")
-        self._cycle.coarse.release()
+        self._cycle.release()
         self._direct = DirectSolver(self._rows)
         return self._direct
 
@@ -230,7 +231,7 @@ class MultigridSolver:
 
     def release(self) -> None:
         """Give PARDISO's memory back."""
-        self._cycle.coarse.release()
+        self._cycle.release()
         if self._direct is not None:
             self._direct.release()
 

@@ -56,15 +56,15 @@ def test_the_v_cycle_is_symmetric_and_positive_definite(held):
         e = np.zeros(n)
         e[i] = 1.0
         M_inverse[:, i] = cycle(system.spread(e)).ravel()[system.rows.free]
-    # Rounding of about 30 sums per row.
-    assert np.abs(M_inverse - M_inverse.T).max() < 1e-13 * np.abs(M_inverse).max()
+    # Rounding of about 30 sums per row, in single precision.
+    assert np.abs(M_inverse - M_inverse.T).max() < 30 * 2.0**-24 * np.abs(M_inverse).max()
     eigenvalues = np.linalg.eigvalsh((M_inverse + M_inverse.T) / 2)
     assert eigenvalues[0] > 0
     # A smoother that does not amplify, and an exact coarse correction, leave M^-1 K at most 1.
     free = np.ix_(system.rows.free, system.rows.free)
     spectrum = np.linalg.eigvals(M_inverse @ K.to_csr().toarray()[free]).real
     assert spectrum.min() > 0.05
-    assert spectrum.max() < 1 + 1e-10
+    assert spectrum.max() < 1 + 1e-5
 
 
 def test_the_coarse_matrix_is_the_galerkin_product():
@@ -78,7 +78,7 @@ def test_the_coarse_matrix_is_the_galerkin_product():
     P = P.reshape(3 * len(mesh.points), -1)[:, level.rows.free]
     expected = np.triu(P.T @ K.to_csr().toarray() @ P)
     found = np.zeros_like(expected)
-    values = level.restricted(K, (~system.held).astype(float))
+    values = level.restricted(K, ~system.held)
     for i in range(len(level.rows.free)):
         span = slice(level.rows.row_start[i], level.rows.row_start[i + 1])
         found[i, level.rows.columns[span]] = values[span]

@@ -61,7 +61,8 @@ class NeoHookean:
         q = self.quadrature
         p = self.k[:, None] * (self.volume_ratios(x) - 1) if self.pressure is None else self.pressure
         kernel = _projected_tangents if projected else _tangents
-        K.add(self.cells, kernel(x, self.cells, q.gradients, q.volumes, self.mu, self.k, p))
+        each = (self.cells, q.gradients, q.volumes, self.mu, self.k, p)
+        K.add_in_batches(self.cells, lambda batch: kernel(x, *(values[batch] for values in each)))
 
     def volume_ratios(self, x: np.ndarray) -> np.ndarray:
         """J (n_cell, 4) at the integration points."""
