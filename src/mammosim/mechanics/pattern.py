@@ -12,6 +12,7 @@ from functools import cached_property
 import numba
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import SuperLU
 
 # Elements whose tangents are in memory at the same time; 1.8 MB of quadratic tetrahedra.
 BATCH = 256
@@ -76,11 +77,26 @@ def pattern_of(n_node: int, connectivities: list[np.ndarray]) -> Pattern:
 
 
 @dataclass(frozen=True)
+class Constraint:
+    """B^T M^-1 B without its products, which would couple too many nodes: volumes that pressures hold.
+
+    B (n_p, 3 n_node) mm2; M (n_p, n_p) mm3/kPa, symmetric and positive definite, with its factors;
+    softness (n_p,): B K^-1 B^T of the blocks K is about softness times M, in every row.
+    """
+
+    B: sparse.csr_matrix
+    M: sparse.csr_matrix
+    factors: SuperLU
+    softness: np.ndarray
+
+
+@dataclass
 class Tangent:
-    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern; effects add to them."""
+    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add; one of them may add a constraint."""
 
     pattern: Pattern
     blocks: np.ndarray
+    constraint: Constraint | None = None
 
     @classmethod
     def zero(cls, pattern: Pattern) -> "Tangent":
@@ -98,11 +114,16 @@ class Tangent:
             _gather(scatter.order, scatter.start, scatter.target, Ke, self.blocks)
 
     def to_csr(self) -> sparse.csr_matrix:
-        """The full matrix (3 n_node, 3 n_node)."""
+        """The full matrix (3 n_node, 3 n_node), constraints multiplied out: for small meshes."""
         n = self.pattern.n_node
-        return sparse.bsr_matrix(
+        K = sparse.bsr_matrix(
             (self.blocks, self.pattern.columns, self.pattern.row_start), shape=(3 * n, 3 * n)
         ).tocsr()
+        if self.constraint is None:
+            return K
+        B = self.constraint.B.toarray()
+        stiff = B.T @ self.constraint.factors.solve(B)
+        return K + sparse.csr_matrix((stiff + stiff.T) / 2)
 
 
 @dataclass(frozen=True)
@@ -140,6 +161,16 @@ class UpperRows:
 def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
     """The upper triangle over the degrees of freedom that are not held, held (n_node, 3) bool."""
     return UpperRows(pattern, np.flatnonzero(~held.ravel()))
+
+
+def with_pressures(rows: UpperRows, K: Tangent, constraint: Constraint) -> sparse.csr_matrix:
+    """The upper triangle of [[K, B^T], [B, -M]] over the free degrees of freedom and the pressures."""
+    n = len(rows.free)
+    upper = sparse.csr_matrix((rows.values(K), rows.columns, rows.row_start), shape=(n, n))
+    B = constraint.B.tocsc()[:, rows.free]
+    matrix = sparse.bmat([[upper, B.T], [None, -sparse.triu(constraint.M)]], format="csr")
+    matrix.sort_indices()
+    return matrix
 
 
 def add_to_nodes(connectivity: np.ndarray, ge: np.ndarray, g: np.ndarray) -> None:

@@ -53,16 +53,27 @@ class NeoHookean:
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += integral of P dN_a/dX."""
-        q = self.quadrature
-        add_to_nodes(self.cells, _gradients(x, self.cells, q.gradients, q.volumes, self.mu, self.k), g)
+        self.add_gradient_under(x, self.k[:, None] * (self.volume_ratios(x) - 1), g)
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
         """K_ab += integral of dN_a/dX . d2W/dF2 . dN_b/dX."""
+        self.add_tangent_under(x, self.tangent_pressure(x), K, projected=projected)
+
+    def add_gradient_under(self, x: np.ndarray, p: np.ndarray, g: np.ndarray) -> None:
+        """As add_gradient, with given pressures p (n_cell, 4) kPa."""
         q = self.quadrature
-        p = self.k[:, None] * (self.volume_ratios(x) - 1) if self.pressure is None else self.pressure
+        add_to_nodes(self.cells, _gradients(x, self.cells, q.gradients, q.volumes, self.mu, p), g)
+
+    def add_tangent_under(self, x: np.ndarray, p: np.ndarray, K: Tangent, *, projected: bool) -> None:
+        """As add_tangent, with given pressures p (n_cell, 4) kPa; dp = k dJ as ever."""
+        q = self.quadrature
         kernel = _projected_tangents if projected else _tangents
         each = (self.cells, q.gradients, q.volumes, self.mu, self.k, p)
         K.add_in_batches(self.cells, lambda batch: kernel(x, *(values[batch] for values in each)))
+
+    def tangent_pressure(self, x: np.ndarray) -> np.ndarray:
+        """p (n_cell, 4) kPa of the tangent: predicted, or else k (J - 1)."""
+        return self.k[:, None] * (self.volume_ratios(x) - 1) if self.pressure is None else self.pressure
 
     def volume_ratios(self, x: np.ndarray) -> np.ndarray:
         """J (n_cell, 4) at the integration points."""
@@ -72,14 +83,28 @@ class NeoHookean:
         """The smallest J of the integration points."""
         return float(self.volume_ratios(x).min())
 
+    def softened(self, ratio: float) -> "NeoHookean":
+        """The law with k' = min(k, ratio mu): the part of it that displacements alone can follow."""
+        return replace(self, k=np.minimum(self.k, ratio * self.mu))
+
     def predicted(self, x: np.ndarray, dx: np.ndarray) -> "NeoHookean":
         """The law with the pressure that the step predicts, p = k (J - 1 + C : grad dx), in its tangent.
 
         Newton with mixed integration points (Magisano, Leonetti & Garcea 2017): near incompressibility the
         pressure of the displaced shape is wrong by k times the square of the step, the predicted one is not.
         """
-        p = _predicted_pressures(x, dx, self.cells, self.quadrature.gradients, self.k)
-        return replace(self, pressure=p)
+        return replace(self, pressure=self.k[:, None] * self.predicted_changes(x, dx))
+
+    def predicted_changes(self, x: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """J - 1 + C : grad dx (n_cell, 4)."""
+        return _predicted_changes(x, dx, self.cells, self.quadrature.gradients)
+
+
+def volume_gradients(
+    x: np.ndarray, cells: np.ndarray, dN: np.ndarray, dV: np.ndarray, N: np.ndarray
+) -> np.ndarray:
+    """B_va = integral of N_v C dN_a/dX, (n_cell, 4, 10, 3) mm2, N (4, 4) of the points and vertices."""
+    return _volume_gradients(x, cells, dN, dV, N)
 
 
 @numba.njit(cache=True, inline="always")
@@ -117,16 +142,35 @@ def _volume_ratios(x, cells, dN):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, parallel=True)
-def _predicted_pressures(x, dx, cells, dN, k):  # type: ignore[no-untyped-def]
+def _volume_gradients(x, cells, dN, dV, N):  # type: ignore[no-untyped-def]
+    n_cell, n_q = dV.shape
+    Be = np.zeros((n_cell, N.shape[1], 10, 3))
+    for e in numba.prange(n_cell):
+        F, C = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            _cofactor(F, C)
+            for a in range(10):
+                for i in range(3):
+                    c = 0.0
+                    for j in range(3):
+                        c += C[i, j] * dN[e, q, a, j]
+                    for v in range(N.shape[1]):
+                        Be[e, v, a, i] += dV[e, q] * N[q, v] * c
+    return Be
+
+
+@numba.njit(cache=True, parallel=True)
+def _predicted_changes(x, dx, cells, dN):  # type: ignore[no-untyped-def]
     n_cell, n_q = dN.shape[:2]
-    p = np.empty((n_cell, n_q))
+    change = np.empty((n_cell, n_q))
     for e in numba.prange(n_cell):
         F, C, dF = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
             _deformation(dx, cells[e], dN[e, q], dF)
-            p[e, q] = k[e] * (_cofactor(F, C) - 1 + np.sum(C * dF))
-    return p
+            change[e, q] = _cofactor(F, C) - 1 + np.sum(C * dF)
+    return change
 
 
 @numba.njit(cache=True, parallel=True)
@@ -148,7 +192,7 @@ def _energies(x, cells, dN, dV, mu, k):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, parallel=True)
-def _gradients(x, cells, dN, dV, mu, k):  # type: ignore[no-untyped-def]
+def _gradients(x, cells, dN, dV, mu, p):  # type: ignore[no-untyped-def]
     n_cell, n_q = dV.shape
     ge = np.zeros((n_cell, 10, 3))
     for e in numba.prange(n_cell):
@@ -157,7 +201,7 @@ def _gradients(x, cells, dN, dV, mu, k):  # type: ignore[no-untyped-def]
             _deformation(x, cells[e], dN[e, q], F)
             J = _cofactor(F, C)
             m = mu[e] * J ** (-2 / 3)
-            s = k[e] * (J - 1) - m / (3 * J) * np.sum(F * F)
+            s = p[e, q] - m / (3 * J) * np.sum(F * F)
             for a in range(10):
                 for i in range(3):
                     P_dN = 0.0
