@@ -31,7 +31,7 @@ class IndefiniteTangent(Exception):
 
 @dataclass(frozen=True)
 class LinearLevel:
-    """The vertices of quadratic tetrahedra as a coarse level.
+    """The vertices of quadratic tetrahedra as a coarse level; fine nodes are numbered by the rows of K.
 
     parents (n_node, 2): the coarse numbers of a node's two vertices, twice the same for a vertex;
     child_start, children: fine nodes of each coarse node; held (n_coarse, 3) bool; pattern of P^T K P.
@@ -46,7 +46,7 @@ class LinearLevel:
 
     @classmethod
     def of(cls, pattern: Pattern, cells: np.ndarray, held: np.ndarray) -> "LinearLevel":
-        """The level below quadratic tetrahedra cells (n_cell, 10), held (n_node, 3) bool."""
+        """The level below quadratic tetrahedra cells (n_cell, 10), held (n_node, 3) bool, in rows of K."""
         vertices = np.unique(cells[:, :4])
         number = np.full(pattern.n_node, -1, dtype=np.int32)
         number[vertices] = np.arange(len(vertices))
@@ -62,7 +62,10 @@ class LinearLevel:
         children = P.T.tocsr()
         coarse = (children @ A @ P).tocsr()
         coarse.sort_indices()
-        coarse_pattern = Pattern(coarse.indptr.astype(np.int32), coarse.indices.astype(np.int32))
+        same = np.arange(len(vertices), dtype=np.int32)
+        coarse_pattern = Pattern(
+            coarse.indptr.astype(np.int32), coarse.indices.astype(np.int32), order=same, number=same
+        )
         children.sum_duplicates()
         coarse_held = held[vertices]
         return cls(
@@ -90,13 +93,15 @@ class LinearLevel:
 
 
 class VCycle:
-    """z = M^-1 r, symmetric and positive definite when K is. Vectors (n_node, 3) are zero where held.
+    """z = M^-1 r, symmetric and positive definite when K is.
 
-    The cycle computes in single precision, which rounds M^-1, not the solution; times is K in double.
+    Vectors (n_node, 3) are in the order of the rows of K, and zero where held. The cycle computes in single
+    precision, which rounds M^-1, not the solution; times is K in double.
     """
 
     def __init__(self, pattern: Pattern, cells: np.ndarray, held: np.ndarray) -> None:
-        self.level = LinearLevel.of(pattern, cells, held)
+        held = held[pattern.order]
+        self.level = LinearLevel.of(pattern, pattern.number[cells], held)
         rows = self.level.rows
         self._single = SymmetricSolver(rows.row_start, rows.columns, single=True)
         self._double = SymmetricSolver(rows.row_start, rows.columns)

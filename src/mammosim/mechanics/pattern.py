@@ -2,7 +2,8 @@
 
 K is kept as 3x3 blocks in compressed rows over the nodes, both triangles. Element tangents are computed a
 batch of elements at a time, so that they stay in the cache, and then gathered block by block, always in the
-order of the elements: the sum is the same for any number of threads.
+order of the elements: the sum is the same for any number of threads. The rows of K are not in the order of
+the nodes but in one that puts neighbours near each other (Cuthill & McKee 1969), which memory likes.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from functools import cached_property
 import numba
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU
 
 # Elements whose tangents are in memory at the same time; 1.8 MB of quadratic tetrahedra.
@@ -40,11 +42,17 @@ class Scatter:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Blocks of the rows of all nodes: columns[row_start[i]:row_start[i + 1]], ascending."""
+    """Row i, of node order[i], has the blocks columns[row_start[i]:row_start[i + 1]], ascending rows.
+
+    number (n_node,): the rows of the nodes, the inverse of order.
+    """
 
     row_start: np.ndarray
     columns: np.ndarray
+    order: np.ndarray
+    number: np.ndarray
     _scatters: dict[int, tuple[np.ndarray, list[Scatter]]] = field(default_factory=dict, repr=False)
+    _spare: list[np.ndarray] = field(default_factory=list, repr=False)
 
     @property
     def n_node(self) -> int:
@@ -54,9 +62,10 @@ class Pattern:
     def scatters(self, connectivity: np.ndarray) -> list[Scatter]:
         """Those of the batches of elements (n_element, m); computed once for each connectivity array."""
         if id(connectivity) not in self._scatters:
+            rows = self.number[connectivity]
             batches = [slice(e, e + BATCH) for e in range(0, len(connectivity), BATCH)]
             found = [
-                Scatter.of(part, _positions(self.row_start, self.columns, connectivity[part]).ravel())
+                Scatter.of(part, _positions(self.row_start, self.columns, rows[part]).ravel())
                 for part in batches
             ]
             self._scatters[id(connectivity)] = (connectivity, found)
@@ -72,8 +81,12 @@ def pattern_of(n_node: int, connectivities: list[np.ndarray]) -> Pattern:
         incidences.append(sparse.csr_matrix((ones, (rows, nodes.ravel())), (len(nodes), n_node)))
     incidence = sparse.vstack(incidences, format="csr").astype(bool)
     adjacency = (incidence.T @ incidence).tocsr()
+    order = reverse_cuthill_mckee(adjacency, symmetric_mode=True)
+    adjacency = adjacency[order][:, order].tocsr()
     adjacency.sort_indices()
-    return Pattern(adjacency.indptr.astype(np.int32), adjacency.indices.astype(np.int32))
+    number = np.empty_like(order)
+    number[order] = np.arange(n_node, dtype=order.dtype)
+    return Pattern(adjacency.indptr.astype(np.int32), adjacency.indices.astype(np.int32), order, number)
 
 
 @dataclass(frozen=True)
@@ -92,7 +105,7 @@ class Constraint:
 
 @dataclass
 class Tangent:
-    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add; one of them may add a constraint."""
+    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add; one may add a constraint."""
 
     pattern: Pattern
     blocks: np.ndarray
@@ -100,8 +113,17 @@ class Tangent:
 
     @classmethod
     def zero(cls, pattern: Pattern) -> "Tangent":
-        """An empty matrix."""
+        """An empty matrix, in the memory of one that was given back if there is any."""
+        if pattern._spare:
+            blocks = pattern._spare.pop()
+            blocks.fill(0.0)
+            return cls(pattern, blocks)
         return cls(pattern, np.zeros((len(pattern.columns), 3, 3)))
+
+    def give_back(self) -> None:
+        """Leave the memory to the next tangent: new pages cost more than filling them. No use after that."""
+        self.pattern._spare.append(self.blocks)
+        self.blocks = np.zeros((0, 3, 3))
 
     def add(self, connectivity: np.ndarray, Ke: np.ndarray) -> None:
         """K += the element tangents Ke (n_element, m, m, 3, 3) of elements (n_element, m)."""
@@ -109,16 +131,17 @@ class Tangent:
 
     def add_in_batches(self, connectivity: np.ndarray, tangents: Callable[[slice], np.ndarray]) -> None:
         """As add, with tangents(batch) (n_in_batch, m, m, 3, 3) of a slice of the elements at a time."""
+        blocks = self.blocks.reshape(-1, 9)
         for scatter in self.pattern.scatters(connectivity):
-            Ke = tangents(scatter.batch).reshape(-1, 3, 3)
-            _gather(scatter.order, scatter.start, scatter.target, Ke, self.blocks)
+            Ke = tangents(scatter.batch).reshape(-1, 9)
+            _gather(scatter.order, scatter.start, scatter.target, Ke, blocks)
 
     def to_csr(self) -> sparse.csr_matrix:
-        """The full matrix (3 n_node, 3 n_node), constraints multiplied out: for small meshes."""
-        n = self.pattern.n_node
+        """The full matrix (3 n_node, 3 n_node) by nodes, constraints multiplied out: for small meshes."""
+        n, dofs = self.pattern.n_node, block_entries(self.pattern.number)
         K = sparse.bsr_matrix(
             (self.blocks, self.pattern.columns, self.pattern.row_start), shape=(3 * n, 3 * n)
-        ).tocsr()
+        ).tocsr()[dofs][:, dofs]
         if self.constraint is None:
             return K
         B = self.constraint.B.toarray()
@@ -130,11 +153,13 @@ class Tangent:
 class UpperRows:
     """The upper triangle of the free part of a pattern, in compressed rows, and the place of its values.
 
-    free (n_free,): degrees of freedom 3 * node + component, ascending. The rows are found when asked for.
+    free (n_free,): degrees of freedom 3 * node + component in the order of the rows of K, where they are
+    3 * row + component = entries, ascending. row_start and columns are found when asked for.
     """
 
     pattern: Pattern
     free: np.ndarray
+    entries: np.ndarray
 
     @property
     def row_start(self) -> np.ndarray:
@@ -150,7 +175,7 @@ class UpperRows:
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """row_start, columns, and where K.blocks has their values."""
         number = np.full(3 * self.pattern.n_node, -1, dtype=np.int32)
-        number[self.free] = np.arange(len(self.free))
+        number[self.entries] = np.arange(len(self.entries))
         return _upper(self.pattern.row_start, self.pattern.columns, number.reshape(-1, 3))
 
     def values(self, K: Tangent) -> np.ndarray:
@@ -160,7 +185,13 @@ class UpperRows:
 
 def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
     """The upper triangle over the degrees of freedom that are not held, held (n_node, 3) bool."""
-    return UpperRows(pattern, np.flatnonzero(~held.ravel()))
+    entries = np.flatnonzero(~held[pattern.order])
+    return UpperRows(pattern, block_entries(pattern.order)[entries], entries)
+
+
+def block_entries(rows: np.ndarray) -> np.ndarray:
+    """3 * row + component of rows (n,), as (3 n,)."""
+    return (3 * rows[:, None] + np.arange(3)).ravel()
 
 
 def with_pressures(rows: UpperRows, K: Tangent, constraint: Constraint) -> sparse.csr_matrix:
@@ -201,12 +232,30 @@ def _positions(row_start, columns, connectivity):  # type: ignore[no-untyped-def
 
 @numba.njit(cache=True, parallel=True)
 def _gather(order, start, target, Ke, blocks):  # type: ignore[no-untyped-def]
+    """blocks (n_block, 9) at the targets += the sums of their entries of Ke (n_entry, 9)."""
     for s in numba.prange(len(target)):
-        block = blocks[target[s]]
-        for t in range(start[s], start[s + 1]):
-            for i in range(3):
-                for j in range(3):
-                    block[i, j] += Ke[order[t], i, j]
+        a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = a8 = 0.0
+        for t in range(np.uint64(start[s]), np.uint64(start[s + 1])):
+            e = np.uint64(order[t])
+            a0 += Ke[e, 0]
+            a1 += Ke[e, 1]
+            a2 += Ke[e, 2]
+            a3 += Ke[e, 3]
+            a4 += Ke[e, 4]
+            a5 += Ke[e, 5]
+            a6 += Ke[e, 6]
+            a7 += Ke[e, 7]
+            a8 += Ke[e, 8]
+        p = np.uint64(target[s])
+        blocks[p, 0] += a0
+        blocks[p, 1] += a1
+        blocks[p, 2] += a2
+        blocks[p, 3] += a3
+        blocks[p, 4] += a4
+        blocks[p, 5] += a5
+        blocks[p, 6] += a6
+        blocks[p, 7] += a7
+        blocks[p, 8] += a8
 
 
 @numba.njit(cache=True)

@@ -129,7 +129,7 @@ class MultigridSolver:
     def __init__(self, pattern: Pattern, cells: np.ndarray, rows: UpperRows, held: np.ndarray) -> None:
         self._cycle = VCycle(pattern, cells, held)
         self._rows = rows
-        self._held = held
+        self._held, self._order = held[pattern.order], pattern.order
         self._direct: DirectSolver | None = None
         self.iterations = 0
 
@@ -169,12 +169,12 @@ class MultigridSolver:
 
     def _constrained(self, constraint: Constraint, b: np.ndarray, tolerance: float) -> np.ndarray:
         """By GMRES with pressures as unknowns; a step that does not descend proves K indefinite."""
-        system = SaddlePoint(self._cycle, constraint, self._held)
+        system = SaddlePoint(self._cycle, constraint, self._order, self._held)
         x, iterations = system.solve(self._spread(b), tolerance, MAX_ITERATIONS)
         self.iterations += iterations
         if x is None:
             raise _TooManySteps
-        step = x.ravel()[self._rows.free]
+        step = x.ravel()[self._rows.entries]
         if not np.sum(step * b) > 0:
             raise IndefiniteTangent(1)
         return step
@@ -194,7 +194,7 @@ class MultigridSolver:
         p, rz = np.zeros_like(r), np.inf
         for _ in range(MAX_ITERATIONS):
             if dot(r, r) <= enough:
-                return x.ravel()[self._rows.free]
+                return x.ravel()[self._rows.entries]
             p, rz = self._next_direction(r, p, rz)
             Kp = self._cycle.times(p)
             pKp = dot(p, Kp)
@@ -202,7 +202,7 @@ class MultigridSolver:
                 if not semidefinite:
                     raise IndefiniteTangent(1)
                 if x.any():
-                    return x.ravel()[self._rows.free]
+                    return x.ravel()[self._rows.entries]
                 break
             x += (rz / pKp) * p
             r -= (rz / pKp) * Kp
@@ -263,9 +263,9 @@ class MultigridSolver:
         raise _TooManySteps
 
     def _spread(self, b: np.ndarray) -> np.ndarray:
-        """b (n_free,) as (n_node, 3), zero where held."""
+        """b (n_free,) as (n_node, 3) in the order of the rows of K, zero where held."""
         r = np.zeros(self._held.size)
-        r[self._rows.free] = b
+        r[self._rows.entries] = b
         return r.reshape(self._held.shape)
 
     def release(self) -> None:
