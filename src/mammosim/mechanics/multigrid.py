@@ -144,6 +144,16 @@ class VCycle:
         pattern = self._K.pattern
         return _times(pattern.row_start, pattern.columns, self._K.blocks, self._free, x)
 
+    @property
+    def least(self) -> float:
+        """Below all eigenvalues of M^-1 D: smoothing alone is Smoother.least, correction only adds to it."""
+        return self._smoother.least
+
+    def noise(self, stream: np.random.Generator) -> np.ndarray:
+        """Random forces D^1/2 g (n_node, 3), g standard normal."""
+        g = stream.standard_normal(self._free.shape)
+        return np.ascontiguousarray(np.einsum("icd,id->ic", self._scaling.L, g))
+
     def __call__(self, r: np.ndarray) -> np.ndarray:
         """One V-cycle from zero: smooth, correct on the linear elements, smooth."""
         L, level = self._scaling.L, self.level

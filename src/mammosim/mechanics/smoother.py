@@ -58,6 +58,17 @@ class Smoother:
         self._top = MARGIN * value
         return v
 
+    @property
+    def least(self) -> float:
+        """Below all eigenvalues of q(A) (2 - A q(A)), the smoother applied twice, were A positive or not.
+
+        1 - s q(s) is at most 1 / T(sigma) from low to top, T the Chebyshev polynomial of DEGREE, and below
+        low the smoother only grows.
+        """
+        sigma = (SPAN + 1) / (SPAN - 1)
+        remains = 1 / np.cosh(DEGREE * np.arccosh(sigma))
+        return float((1 - remains**2) / self._top)
+
     def smooth(self, z: np.ndarray, r: np.ndarray, *, leave_residual: bool) -> None:
         """z += q(A) r; r becomes the residual of the new z if asked."""
         top, low = self._top, self._top / SPAN

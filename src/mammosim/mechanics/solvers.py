@@ -22,7 +22,6 @@ MAX_ITERATIONS = 200
 MAX_LANCZOS_STEPS = 300
 # The probability of overlooking a negative eigenvalue; for the bound see MultigridSolver.is_definite.
 OVERLOOKED = 1e-6
-CONDITION = 1e8
 
 
 class _TooManySteps(Exception):
@@ -220,8 +219,10 @@ class MultigridSolver:
 
         The bound of Kuczynski & Wozniakowski (1992): after k steps the smallest Ritz value t of a spectrum
         below L is above the smallest eigenvalue by less than e L, except with a probability of
-        1.648 sqrt(n c) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED;
-        c = CONDITION bounds how unevenly M^-1/2 spreads the random vector.
+        1.648 sqrt(m) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED.
+        m is their number of unknowns where v = M^-1/2 r is equally long in all directions on average; with
+        r = D^1/2 g, g normal, no direction has less than the share M^-1 D > least of |v|^2 = r . M^-1 r, so
+        that m = r . M^-1 r / least.
         """
         if self._direct is not None:
             return self._direct.is_definite(K)
@@ -238,18 +239,20 @@ class MultigridSolver:
 
     def _smallest_ritz_value(self) -> tuple[float, int]:
         """t of is_definite, and how many steps it took."""
-        r = self._spread(generator("stability").standard_normal(len(self._rows.free)))
+        r = self._cycle.noise(generator("stability"))
         p, rz, last_rz = np.zeros_like(r), np.inf, np.inf
         diagonal: list[float] = []
         beside: list[float] = []
         steepness = 0.0  # p . K p / r . z
-        odds = np.log(1.648 * np.sqrt(len(self._rows.free) * CONDITION) / OVERLOOKED)
+        odds = np.inf
         for k in range(1, MAX_LANCZOS_STEPS + 1):
             p, rz = self._next_direction(r, p, last_rz)
             Kp = self._cycle.times(p)
             pKp = dot(p, Kp)
             if not (pKp > 0 and rz > 0):
                 raise IndefiniteTangent(1)
+            if k == 1:
+                odds = np.log(1.648 * np.sqrt(rz / self._cycle.least) / OVERLOOKED)
             ratio = rz / last_rz  # 0 in the first step
             diagonal.append(pKp / rz + ratio * steepness)
             if k > 1:
