@@ -105,7 +105,7 @@ class Constraint:
 
 @dataclass
 class Tangent:
-    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add; one may add a constraint."""
+    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add, and one effect's constraint."""
 
     pattern: Pattern
     blocks: np.ndarray

@@ -12,7 +12,7 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.elastic import carried
 from mammosim.mechanics.equilibrium import Equilibrium
-from mammosim.mechanics.reference import cell_jacobians
+from mammosim.mechanics.reference import smallest_jacobians
 
 log = logging.getLogger(__name__)
 
@@ -139,7 +139,7 @@ def _corrected(
     reason = ""
     while damping >= settings.smallest_damping:
         X = guess.mesh.points + damping * u
-        if cell_jacobians(X, measured.cells).min() <= 0:
+        if smallest_jacobians(X, measured.cells).min() <= 0:
             reason = "the correction inverts cells"
         else:
             try:

@@ -38,7 +38,7 @@ def mesh_surface(surface: Surface, *, size: float | Size) -> TetMesh:
         except MeshError as error:
             log.warning("attempt %d of %d at the surface: %s", attempt + 1, ATTEMPTS, error)
         else:
-            points, cells = _quadratic(points, tetrahedra)
+            points, cells = quadratic(points, tetrahedra)
             return TetMesh(points, cells, np.full(len(cells), Label.ADIPOSE, dtype=np.uint8))
     raise MeshError(
         f"gmsh could not fill the surface in {ATTEMPTS} attempts; "
@@ -58,7 +58,7 @@ def _scaled(size: Callable, factor: float) -> Size:
 
 def _filled(surface: Surface, size: Size) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) and linear tetrahedra (m, 4) inside a surface whose triangles are kept."""
-    with _gmsh():
+    with gmsh_session():
         gmsh.model.mesh.setSizeCallback(lambda dim, tag, x, y, z, lc: float(size(np.array([[x, y, z]]))[0]))
         gmsh.model.addDiscreteEntity(2, 1)
         gmsh.model.mesh.addNodes(2, 1, np.arange(1, len(surface.points) + 1), surface.points.ravel())
@@ -77,7 +77,7 @@ def _filled(surface: Surface, size: Size) -> tuple[np.ndarray, np.ndarray]:
 
 
 @contextmanager
-def _gmsh() -> Iterator[None]:
+def gmsh_session() -> Iterator[None]:
     """A silent gmsh session with the same random numbers every time, free of personal settings."""
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
@@ -91,7 +91,7 @@ def _gmsh() -> Iterator[None]:
         gmsh.finalize()
 
 
-def _quadratic(points: np.ndarray, tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def quadratic(points: np.ndarray, tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points with the middles of the edges appended, and cells (m, 10) in VTK order."""
     edges = np.sort(tetrahedra[:, EDGES], axis=2)
     unique, number = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)

@@ -1,4 +1,4 @@
-"""The mixed law of nearly incompressible tissue: a potential, kept for where it is needed, solved two ways."""
+"""The mixed law of nearly incompressible tissue: a potential, taken where it is needed."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from mechanics_derivatives import (
     tangent,
 )
 
+from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rigid import rotation
@@ -114,6 +115,12 @@ def test_the_cheap_law_is_kept_where_it_suffices(mesh):
     whole = NeoHookean.of(mesh, MIXTURES["in part"])
     assert whole.softened(10.0).k == pytest.approx(np.minimum(whole.k, 10.0 * whole.mu), rel=1e-15)
     assert np.any(whole.k > 10.0 * whole.mu)
+
+
+def test_the_mixed_law_is_refused_where_nothing_is_left_to_it(mesh):
+    compressible = {Label.ADIPOSE: tissue(0.45), Label.GLANDULAR: tissue(0.3)}
+    with pytest.raises(MechanicsError, match="use NeoHookean"):
+        MixedNeoHookean.of(mesh, compressible)
 
 
 def test_inverted_tissue_has_infinite_energy(mesh):

@@ -18,10 +18,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.effects.bulk import NeoHookean, volume_gradients
+from mammosim.mechanics.effects.bulk import NeoHookean
+from mammosim.mechanics.effects.bulk_kernels import volume_gradients
 from mammosim.mechanics.pattern import Constraint, Tangent
 from mammosim.mechanics.reference import TETRAHEDRON_POINTS
 
@@ -32,11 +34,11 @@ N = TETRAHEDRON_POINTS  # (4, 4): N_v at the integration points is their barycen
 
 @dataclass(frozen=True)
 class PressureSpace:
-    """Pressures of the cells `held`, (n_held,) of all cells, at their vertices.
+    """Pressures at the vertices of the cells `held` (n_held,), the numbers of those whose volume they hold.
 
-    unknowns (n_held, 4): the number of a cell's p_v, one for each vertex and tissue; volumes (n_held, 4) mm3 of
-    the integration points; M (n_p, n_p) mm3/kPa; softness (n_p,), see Constraint; entry (n_held, 4, 10): where the pairs (v, a) stand in B,
-    whose rows are `row_start`, `nodes`.
+    unknowns (n_held, 4): the number of a cell's p_v, one for each vertex and tissue; volumes (n_held, 4) mm3
+    of the integration points; M (n_p, n_p) mm3/kPa with its factors; softness (n_p,), see Constraint. B has
+    the pairs of pressures and nodes `row_start`, `nodes`; entry: which of them a cell's (v, a) is.
     """
 
     held: np.ndarray
@@ -104,9 +106,18 @@ class MixedNeoHookean:
 
     @classmethod
     def of(cls, mesh: TetMesh, tissues: Mapping[Label, Tissue]) -> "MixedNeoHookean":
-        """The cells of a mesh whose points are the reference. Raises MechanicsError for an unknown tissue."""
+        """The cells of a mesh whose points are the reference.
+
+        Raises MechanicsError for an unknown tissue, or when no tissue has k > c mu.
+        """
         whole = NeoHookean.of(mesh, tissues)
         pointwise = whole.softened(POINTWISE_RATIO)
+        if np.all(whole.k == pointwise.k):
+            largest = (whole.k / whole.mu).max()
+            raise MechanicsError(
+                f"k / mu is {largest:.3g} at most, not above {POINTWISE_RATIO:g}: nothing is left to the "
+                "pressures; use NeoHookean, or bulk_tissue, which chooses"
+            )
         return cls(pointwise, PressureSpace.of(mesh, pointwise, whole.k))
 
     @property
