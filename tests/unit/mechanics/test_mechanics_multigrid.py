@@ -65,6 +65,9 @@ def test_the_v_cycle_is_symmetric_and_positive_definite(held):
     spectrum = np.linalg.eigvals(M_inverse @ K.to_csr().toarray()[free]).real
     assert spectrum.min() > 0.05
     assert spectrum.max() < 1 + 1e-5
+    nodes = np.repeat(np.arange(K.pattern.n_node), 3)
+    D = np.where(nodes[:, None] == nodes[None, :], K.to_csr().toarray(), 0.0)[free]
+    assert np.linalg.eigvals(M_inverse @ D).real.min() > cycle.least
 
 
 def test_the_coarse_matrix_is_the_galerkin_product():
@@ -99,6 +102,30 @@ def test_iterations_do_not_grow_with_refinement(nu, most):
         solver.release()
     assert max(counts) <= most
     assert counts[1] <= 1.3 * counts[0]
+
+
+def test_a_hundredfold_bulk_modulus_costs_what_two_digits_of_the_residual_cost():
+    """The residual counts volumes k times over; nothing else of nu -> 0.5 reaches the iterations."""
+    counts = []
+    for nu, tolerance in ((0.4999, 1e-8), (0.499999, 1e-6)):
+        mesh, system, K = cube(4, nu)
+        b = generator("incompressible").standard_normal(len(system.rows.free))
+        solver = multigrid(mesh, system)
+        x = solver.solve(K, b, tolerance)
+        residual = (K.to_csr() @ system.spread(x).ravel())[system.rows.free] - b
+        assert np.linalg.norm(residual) <= 1.01 * tolerance * np.linalg.norm(b)
+        assert solver.stability == "Lanczos"
+        counts.append(solver.iterations)
+        solver.release()
+    assert counts[1] <= counts[0]
+
+
+def test_a_tangent_in_used_memory_is_the_same():
+    mesh, system, K = cube(2)
+    before = K.blocks.copy()
+    K.give_back()
+    again = system.potential.tangent(mesh.points, system.pattern)
+    assert np.array_equal(again.blocks, before)
 
 
 @pytest.mark.parametrize(("E", "nu"), [(1.0, 0.45), (0.4, 0.45), (0.5, 0.495)])
