@@ -9,6 +9,7 @@ import pandas as pd
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MN_PER_N
+from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.effects import (
     ContactState,
     Effect,
@@ -167,7 +168,7 @@ def compress(
     areas = face_quadrature(mesh.points, faces).areas
     penalty = settings.penalty_kpa_per_mm or _penalty(effects)
     paddle, support = (RigidPlate(faces, areas, box, penalty) for box in plates.at(contact))
-    with System.of(Potential((*effects, paddle, support)), held) as system:
+    with system_of(Potential((*effects, paddle, support)), held) as system:
         press = _Press(system, mesh.points, effects, plates, settings)
         stages = press.path(press.pressed(mesh.points, (paddle, support), contact), thickness_mm)
     last = stages[-1]

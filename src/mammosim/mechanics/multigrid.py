@@ -134,6 +134,11 @@ class VCycle:
         """Of the coarse matrix."""
         return self._single.factorisations + self._double.factorisations
 
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors of the coarse matrix."""
+        return max(self._single.memory_mb, self._double.memory_mb)
+
     def release(self) -> None:
         """Give PARDISO's memory back."""
         self._single.release()

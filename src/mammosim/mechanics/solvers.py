@@ -1,15 +1,14 @@
 """Linear systems of Newton's method: solved directly, or by conjugate gradients under a V-cycle."""
 
 import logging
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
 from mammosim.core.rng import generator
-from mammosim.mechanics.linear import SymmetricSolver
+from mammosim.mechanics.direct import DirectSolver, TangentSolver
 from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle
-from mammosim.mechanics.pattern import Constraint, Pattern, Tangent, UpperRows, with_pressures
+from mammosim.mechanics.pattern import Constraint, Pattern, Tangent, UpperRows
 from mammosim.mechanics.saddle import SaddlePoint
 from mammosim.mechanics.smoother import dot
 
@@ -17,7 +16,7 @@ log = logging.getLogger(__name__)
 
 # From this number of unknowns on, the V-cycle is faster in all cases (decisions/mechanics_multigrid.md).
 MULTIGRID_ABOVE = 15_000
-# Where conjugate gradients or Lanczos need more steps (nu = 0.4999), the matrix is factorised after all.
+# Where the linear solver or Lanczos needs more steps, the matrix is factorised after all.
 MAX_ITERATIONS = 200
 MAX_LANCZOS_STEPS = 300
 # With a constraint: at nu = 0.4999 steps of 1e-2 left volumes so wrong that Newton took 21 instead of 7.
@@ -28,94 +27,6 @@ OVERLOOKED = 1e-6
 
 class _TooManySteps(Exception):
     """Conjugate gradients or Lanczos came to no end."""
-
-
-class TangentSolver(Protocol):
-    """Solves K x = b on the free degrees of freedom.
-
-    stability: how is_definite knows; factorisations and iterations, of conjugate gradients, so far.
-    """
-
-    iterations: int
-
-    @property
-    def stability(self) -> str:
-        """inertia or Lanczos."""
-
-    @property
-    def factorisations(self) -> int:
-        """How many so far."""
-
-    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """x (n_free,), |K x - b| <= tolerance |b|. Raises IndefiniteTangent when K is found not definite."""
-        ...
-
-    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """As solve, of a K that is positive semidefinite by construction, up to rounding."""
-        ...
-
-    def is_definite(self, K: Tangent) -> bool:
-        """Whether K is positive definite."""
-        ...
-
-    def release(self) -> None:
-        """Give back what memory is not Python's."""
-
-
-class DirectSolver:
-    """LDL^T of the whole matrix; the tolerance is not used. The inertia proves whether K is definite.
-
-    A constraint is factorised with its pressures as unknowns, [[K, B^T], [B, -M]]: of the negative pivots one
-    for each pressure belongs to -M, the others to K + B^T M^-1 B (additivity of the inertia).
-    """
-
-    stability = "inertia"
-
-    def __init__(self, rows: UpperRows) -> None:
-        self.iterations = 0
-        self._rows = rows
-        self._pressures = 0
-        self._symmetric = SymmetricSolver(rows.row_start, rows.columns)
-
-    @property
-    def factorisations(self) -> int:
-        """Of the whole matrix."""
-        return self._symmetric.factorisations
-
-    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """See TangentSolver."""
-        negative = self._negative_pivots(K)
-        if negative:
-            raise IndefiniteTangent(negative)
-        return self._solved(b)
-
-    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """See TangentSolver."""
-        self._negative_pivots(K)
-        return self._solved(b)
-
-    def is_definite(self, K: Tangent) -> bool:
-        """Whether no pivot is negative."""
-        return self._negative_pivots(K) == 0
-
-    def _negative_pivots(self, K: Tangent) -> int:
-        """Factorise; how many eigenvalues of K are negative."""
-        if K.constraint is not None:
-            upper = with_pressures(self._rows, K, K.constraint)
-            if self._pressures != upper.shape[0] - len(self._rows.free):
-                self._symmetric = self._symmetric.successor(upper.indptr, upper.indices)
-                self._pressures = upper.shape[0] - len(self._rows.free)
-            self._symmetric.factorise(upper.data)
-        else:
-            self._symmetric.factorise(self._rows.values(K))
-        return self._symmetric.negative_pivots - self._pressures
-
-    def _solved(self, b: np.ndarray) -> np.ndarray:
-        return self._symmetric.solve(np.concatenate([b, np.zeros(self._pressures)]))[: len(b)]
-
-    def release(self) -> None:
-        """Give PARDISO's memory back."""
-        self._symmetric.release()
 
 
 class MultigridSolver:
@@ -272,6 +183,17 @@ class MultigridSolver:
         r = np.zeros(self._held.size)
         r[self._rows.entries] = b
         return r.reshape(self._held.shape)
+
+    def preconditioned(self, r: np.ndarray) -> np.ndarray:
+        """See TangentSolver."""
+        if self._direct is not None:
+            return self._direct.preconditioned(r)
+        return self._cycle(self._spread(r)).ravel()[self._rows.entries]
+
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors of the coarse matrix, and of the whole one."""
+        return self._cycle.memory_mb + (self._direct.memory_mb if self._direct else 0.0)
 
     def release(self) -> None:
         """Give PARDISO's memory back."""

@@ -5,7 +5,6 @@ import pytest
 from mechanics_bodies import box
 from mechanics_derivatives import (
     assert_derives_from_its_energy,
-    assert_rotation_stores_nothing,
     assert_symmetric_and_projectable,
     gradient,
     tangent,
@@ -14,7 +13,6 @@ from mechanics_derivatives import (
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.rigid import rotation
 from mammosim.core.rng import generator
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics import solvers
@@ -23,7 +21,6 @@ from mammosim.mechanics.equilibrium import equilibrium
 from mammosim.mechanics.pattern import Tangent, pattern_of, upper_rows
 
 STRETCHED = np.diag([1.3, 0.8, 1.1])
-TURN = rotation(np.array([30.0, -70.0, 110.0]))
 
 
 def tissue(nu, E=1.0):
@@ -67,18 +64,6 @@ def test_projection_changes_nothing_where_the_tangent_is_positive(mesh):
     effect = MixedNeoHookean.of(mesh, MIXTURES["nearly incompressible"])
     K, projected = (tangent(effect, mesh.points, projected=p) for p in (False, True))
     assert abs(K - projected).max() <= 1e-12 * abs(K).max()
-
-
-def test_rigid_motion_stores_no_energy_and_causes_no_force(mesh):
-    # Rounding of J, 1e-16, times k = 1,700 kPa and 1,080 mm3.
-    assert_rotation_stores_nothing(
-        MixedNeoHookean.of(mesh, MIXTURES["nearly incompressible"]), mesh.points, TURN
-    )
-
-
-def test_energy_does_not_depend_on_the_frame(mesh):
-    effect, x = MixedNeoHookean.of(mesh, MIXTURES["in part"]), deformed(mesh)
-    assert effect.energy(x @ TURN.T) == pytest.approx(effect.energy(x), rel=1e-12)
 
 
 def test_a_homogeneous_change_of_volume_costs_what_the_law_says(mesh):
