@@ -105,7 +105,10 @@ class System:
 
 def is_stable(system: System, x: np.ndarray) -> bool:
     """Whether the exact tangent at x is positive definite."""
-    return system.solver.is_definite(system.potential.tangent(x, system.pattern))
+    K = system.potential.tangent(x, system.pattern)
+    definite = system.solver.is_definite(K)
+    K.give_back()
+    return definite
 
 
 @dataclass
@@ -184,13 +187,16 @@ def _newton_step(
     Raises IndefiniteTangent when it may not be projected.
     """
     g = system.free_gradient(x)
+    K = tangent_of.tangent(x, system.pattern)
     try:
-        step, negative = system.solver.solve(tangent_of.tangent(x, system.pattern), -g, accuracy), 0
+        step, negative = system.solver.solve(K, -g, accuracy), 0
     except IndefiniteTangent as found:
         if not settings.projection:
             raise
-        projected = tangent_of.tangent(x, system.pattern, projected=True)
-        step, negative = system.solver.solve_projected(projected, -g, accuracy), found.negative
+        K.give_back()
+        K = tangent_of.tangent(x, system.pattern, projected=True)
+        step, negative = system.solver.solve_projected(K, -g, accuracy), found.negative
+    K.give_back()
     if not np.all(np.isfinite(step)):
         raise MechanicsError("the tangent is singular: is part of the mesh not attached to the held nodes?")
     return system.spread(step), float(g @ step), negative

@@ -12,18 +12,22 @@ import numpy as np
 from scipy import sparse
 
 from mammosim.mechanics.multigrid import VCycle
-from mammosim.mechanics.pattern import Constraint
+from mammosim.mechanics.pattern import Constraint, block_entries
 
 # Directions that GMRES keeps before it starts anew from the residual.
 RESTART = 60
 
 
 class SaddlePoint:
-    """The system of a prepared V-cycle and a constraint; held (n_node, 3) bool stays zero."""
+    """The system of a prepared V-cycle and a constraint; held (n_node, 3) bool stays zero.
 
-    def __init__(self, cycle: VCycle, constraint: Constraint, held: np.ndarray) -> None:
+    Vectors and held are in the order of the rows of K: row i is of node order[i].
+    """
+
+    def __init__(self, cycle: VCycle, constraint: Constraint, order: np.ndarray, held: np.ndarray) -> None:
         self._cycle = cycle
-        self._B = (constraint.B @ sparse.diags((~held).ravel().astype(float))).tocsr()
+        B = constraint.B.tocsc()[:, block_entries(order)]
+        self._B = (B @ sparse.diags((~held).ravel().astype(float))).tocsr()
         self._BT = self._B.T.tocsr()
         self._M, self._factors = constraint.M, constraint.factors
         self._schur = 1 / (1 + constraint.softness)

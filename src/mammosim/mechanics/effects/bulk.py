@@ -66,13 +66,18 @@ class NeoHookean:
 
     def add_tangent_under(self, x: np.ndarray, p: np.ndarray, K: Tangent, *, projected: bool) -> None:
         """As add_tangent, with given pressures p (n_cell, 4) kPa; dp = k dJ as ever."""
+        K.add_in_batches(self.cells, lambda batch: self._element_tangents(x, p, batch, projected))
+
+    def _element_tangents(self, x: np.ndarray, p: np.ndarray, batch: slice, projected: bool) -> np.ndarray:
+        """Those of a slice of the cells, (n_in_batch, 10, 10, 3, 3) mN/mm."""
         q = self.quadrature
-        Ke = kernels.tangents(x, self.cells, q.gradients, q.volumes, self.mu, self.k, p)
+        each = (self.cells, q.gradients, q.volumes, self.mu, self.k, p)
+        cells, dN, dV, mu, k, p = (values[batch] for values in each)
+        Ke = kernels.tangents(x, cells, dN, dV, mu, k, p)
         if projected:
-            bad = kernels.indefinite_cells(x, self.cells, q.gradients, self.mu, self.k, p)
-            part = (self.cells[bad], q.gradients[bad], q.volumes[bad], self.mu[bad], self.k[bad], p[bad])
-            Ke[bad] = kernels.projected_tangents(x, *part)
-        K.add(self.cells, Ke)
+            bad = kernels.indefinite_cells(x, cells, dN, mu, k, p)
+            Ke[bad] = kernels.projected_tangents(x, cells[bad], dN[bad], dV[bad], mu[bad], k[bad], p[bad])
+        return Ke
 
     def tangent_pressure(self, x: np.ndarray) -> np.ndarray:
         """p (n_cell, 4) kPa of the tangent: predicted, or else k (J - 1)."""
