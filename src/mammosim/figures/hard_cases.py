@@ -1,5 +1,7 @@
 """Hard cases of the mechanics: what happened in each, how far within its bound, how long it took."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -36,7 +38,7 @@ def hard_cases(table: pd.DataFrame) -> Figure:
 def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
     part = np.maximum(table.error / table.within, _SMALLEST)
     for place, case in enumerate(table.itertuples()):
-        style = {"color": BLUE if case.ok else VERMILION, "clip_on": False, "zorder": 3}
+        style: dict[str, Any] = {"color": BLUE if case.ok else VERMILION, "clip_on": False, "zorder": 3}
         marker = {"converged": "o", "refused": "s"}.get(str(case.outcome).split(":")[0].split()[0], "X")
         if np.isfinite(part[place]):
             ax.plot(part[place], place, marker, **style)
