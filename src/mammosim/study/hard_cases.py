@@ -21,6 +21,9 @@ from mammosim.study.hard_cases_twins import shape_of, twin
 
 log = logging.getLogger(__name__)
 
+# What keeps a body stable; a diagnosis names at least one.
+HELPS = ("skin", "stiff", "chest wall")
+
 
 @dataclass(frozen=True)
 class Converges:
@@ -54,7 +57,7 @@ class Converges:
 class Refused:
     """Expected: an error of the class `by`, or of one derived from it, whose message says all of `saying`.
 
-    diagnosed: it is a loss of stability with its load factor, its mode and advice.
+    diagnosed: it is a loss of stability with its load factor, its mode, and what would help.
     load_factor: {name of REFERENCES: values}, met within `within`; because: how that follows.
     """
 
@@ -232,9 +235,13 @@ def _not_diagnosed(refusal: MammosimError) -> str:
     """What a diagnosis of lost stability lacks, nothing if it is complete."""
     if not isinstance(refusal, EquilibriumError) or "stability" not in str(refusal):
         return "refused, but not for a loss of stability"
-    lacks = [what for what in ("mode", "advice") if getattr(refusal, what, None) is None]
-    lacks += [] if 0 < refusal.load_factor < 1 else ["a load factor between 0 and 1"]
-    return f"the diagnosis lacks {', '.join(lacks)}" if lacks else ""
+    lacks = {
+        "the mode": getattr(refusal, "mode", None) is None,
+        "a load factor below 1": not 0 <= refusal.load_factor < 1,
+        "advice": not any(word in str(refusal) for word in HELPS),
+    }
+    missing = [what for what, is_missing in lacks.items() if is_missing]
+    return f"the diagnosis lacks {', '.join(missing)}" if missing else ""
 
 
 def numbers(table: pd.DataFrame) -> dict[str, Any]:
