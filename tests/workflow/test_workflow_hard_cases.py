@@ -9,7 +9,8 @@ import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.configuration import check_settings
-from mammosim.study.hard_cases import Converges, HardCase
+from mammosim.study.hard_cases import HardCase
+from mammosim.study.hard_cases_judgement import Converges
 
 FAMILIES = {
     "soft",
