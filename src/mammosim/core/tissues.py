@@ -1,5 +1,6 @@
 """What a tissue is made of, mechanically."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -30,8 +31,10 @@ class Tissue:
             )
         if not 0 <= nu < 0.5:
             raise MechanicsError(f"poisson_ratio = {nu:g} is outside [0, 0.5); use 0.45 or 0.495")
-        if self.density_g_cm3 < 0:
-            raise MechanicsError(f"density_g_cm3 = {self.density_g_cm3:g} is negative; tissue has about 1")
+        if not 0 <= self.density_g_cm3 < math.inf:
+            raise MechanicsError(
+                f"density_g_cm3 = {self.density_g_cm3:g} is negative or no number; tissue has about 1"
+            )
 
     @property
     def shear_modulus_kpa(self) -> float:

@@ -5,6 +5,7 @@ Cells may be straight or curved: gradients are computed at every quadrature poin
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -49,10 +50,45 @@ class CellQuadrature:
     volumes: np.ndarray
 
 
-def cell_jacobians(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """det dX/dxi (n_cell, 4) at the quadrature points; six times the volume for a straight cell."""
-    dN = shape_gradients(TETRAHEDRON_POINTS, EDGES)
-    return np.linalg.det(np.einsum("eai,qaj->eqij", points[cells], dN))
+def smallest_jacobians(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """The smallest det dX/dxi (n_cell,) of each whole cell, also between the quadrature points.
+
+    The determinant is a cubic, so within its Bernstein coefficients: where none is below the smallest corner
+    value, the answer is exact. Other cells are sampled on a lattice of eighths of their edges.
+    """
+    bernstein = _jacobians_at(points, cells, _CUBIC) @ _TO_BERNSTEIN.T
+    corners = bernstein[:, :4].min(axis=1)
+    unsure = np.flatnonzero(bernstein.min(axis=1) < corners)
+    corners[unsure] = _jacobians_at(points, cells[unsure], _EIGHTHS).min(axis=1)
+    return corners
+
+
+def _jacobians_at(points: np.ndarray, cells: np.ndarray, L: np.ndarray) -> np.ndarray:
+    """det dX/dxi (n_cell, n_point) at barycentric points L (n_point, 4)."""
+    dN = shape_gradients(L, EDGES)
+    a, b, c = (np.einsum("eai,qa->ieq", points[cells], dN[..., j], optimize=True) for j in range(3))
+    return (
+        a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+    )
+
+
+def _lattice(n: int) -> np.ndarray:
+    """Barycentric coordinates that are multiples of 1/n (n_point, 4), the corners first."""
+    L = np.array([L for L in product(range(n, -1, -1), repeat=4) if sum(L) == n])
+    return L[np.argsort(L.max(axis=1) < n, kind="stable")] / n
+
+
+def _bernstein(L: np.ndarray, lattice: np.ndarray) -> np.ndarray:
+    """The cubic Bernstein polynomials 3!/(i! j! k! l!) L^(i, j, k, l), lattice (n_b, 4), L (n_point, 4)."""
+    powers = np.rint(3 * lattice)
+    weights = 6 / np.prod(np.where(powers > 1, powers * np.maximum(powers - 1, 1), 1.0), axis=1)
+    return weights * np.prod(L[:, None, :] ** powers, axis=2)
+
+
+_CUBIC, _EIGHTHS = _lattice(3), _lattice(8)
+_TO_BERNSTEIN = np.linalg.inv(_bernstein(_CUBIC, _CUBIC))
 
 
 def cell_quadrature(points: np.ndarray, cells: np.ndarray) -> CellQuadrature:

@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
-from mammosim.mechanics.reference import cell_jacobians
+from mammosim.mechanics.reference import smallest_jacobians
 
 # A cell flatter than this, relative to the cube of its longest edge, has lost all digits of its gradients.
 SMALLEST_RELATIVE_VOLUME = 1e-6
@@ -43,15 +43,14 @@ def _require_finite(mesh: TetMesh) -> None:
 
 
 def _require_positive_cells(mesh: TetMesh) -> None:
-    jacobians = cell_jacobians(mesh.points, mesh.cells).min(axis=1)
+    smallest = smallest_jacobians(mesh.points, mesh.cells)
     corners = mesh.points[mesh.cells[:, :4]]
-    longest = np.linalg.norm(corners[:, [0, 0, 0, 1, 1, 2]] - corners[:, [1, 2, 3, 2, 3, 3]], axis=2).max(
-        axis=1
-    )
-    bad = np.flatnonzero(jacobians <= SMALLEST_RELATIVE_VOLUME * longest**3)
+    edges = corners[:, [0, 0, 0, 1, 1, 2]] - corners[:, [1, 2, 3, 2, 3, 3]]
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    bad = np.flatnonzero(smallest <= SMALLEST_RELATIVE_VOLUME * longest**3)
     if len(bad):
         raise MechanicsError(
-            f"{len(bad)} cells are inverted or flat (det dX/dxi down to {jacobians.min():.3g} mm3): "
+            f"{len(bad)} cells are inverted or flat (det dX/dxi down to {smallest.min():.3g} mm3): "
             f"{_listed(bad)}; re-mesh, or move their mid-edge nodes to the middle"
         )
 

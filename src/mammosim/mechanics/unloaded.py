@@ -10,9 +10,10 @@ import numpy as np
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.elastic import carried
 from mammosim.mechanics.equilibrium import Equilibrium
-from mammosim.mechanics.reference import cell_jacobians
+from mammosim.mechanics.reference import smallest_jacobians
 
 log = logging.getLogger(__name__)
 
@@ -76,6 +77,7 @@ def reverse_gravity(measured: TetMesh, load: Load, *, gravity: np.ndarray) -> Un
     return Unloaded(load(measured, -np.asarray(gravity), None).points)
 
 
+@shared_analysis()
 def fixed_point(
     measured: TetMesh,
     load: Load,
@@ -139,7 +141,7 @@ def _corrected(
     reason = ""
     while damping >= settings.smallest_damping:
         X = guess.mesh.points + damping * u
-        if cell_jacobians(X, measured.cells).min() <= 0:
+        if smallest_jacobians(X, measured.cells).min() <= 0:
             reason = "the correction inverts cells"
         else:
             try:

@@ -9,7 +9,9 @@ from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
+from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Skin, load
+from mammosim.mechanics.reference import smallest_jacobians
 from mammosim.study.points import MaterialPoints
 
 VERIFIED = "verified"
@@ -43,6 +45,7 @@ def one_law(
     return {**dict.fromkeys(soft, breast), Label.MUSCLE: muscle}
 
 
+@shared_analysis()
 def repose(
     measured: TetMesh,
     tissues: Mapping[Label, Tissue],
@@ -60,6 +63,7 @@ def repose(
     try:
         rest = load(measured, tissues, -np.asarray(gravity), skin=skin)
         iterations, seconds = len(rest.history), rest.seconds
+        _require_sound(rest.points, measured.cells)
         doing = "loading the unloaded shape"
         moved = load(measured.moved_to(rest.points), tissues, new_gravity, skin=skin)
     except EquilibriumError as error:
@@ -73,6 +77,13 @@ def repose(
         min(rest.smallest_J, moved.smallest_J),
         VERIFIED,
     )
+
+
+def _require_sound(rest: np.ndarray, cells: np.ndarray) -> None:
+    """Raises EquilibriumError for a shape that is no reference to load again."""
+    inverted = int(np.sum(smallest_jacobians(rest, cells) <= 0))
+    if inverted:
+        raise EquilibriumError(f"{inverted} cells of the unloaded shape are inverted; raise the modulus")
 
 
 def sweep_row(

@@ -13,6 +13,7 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Skin, body_effects, load
 from mammosim.mechanics.equilibrium import Settings, equilibrium
 from mammosim.mechanics.newton import NewtonSettings
+from mammosim.mechanics.reference import cell_quadrature, smallest_jacobians
 
 SOFT = {Label.ADIPOSE: Tissue(1.0, 0.45, 1.0)}
 DOWN = np.array([0.0, 0.0, 1.0])
@@ -108,6 +109,14 @@ def flat(mesh):
     return mesh.moved_to(points)
 
 
+def bent(mesh):
+    """A mid-edge node of one outer edge at the corner: positive at the four integration points, not there."""
+    points = mesh.points.copy()
+    a, b, middle = mesh.cells[7, [0, 1, 4]]
+    points[middle] = 0.8 * points[a] + 0.2 * points[b]
+    return mesh.moved_to(points)
+
+
 def not_finite(mesh):
     points = mesh.points.copy()
     points[5, 1] = np.nan
@@ -134,6 +143,7 @@ def with_loose_node(mesh):
     [
         (inverted, "1 cells are inverted or flat .*7"),
         (flat, "cells are inverted or flat"),
+        (bent, r"cells are inverted or flat \(det dX/dxi down to -.*7"),
         (not_finite, "1 nodes have coordinates that are no numbers: 5"),
         (unattached, r"1 pieces of the mesh \(48 cells: 48, 49"),
         (with_loose_node, "1 nodes belong to no cell"),
@@ -148,6 +158,29 @@ def test_ill_posed_problems_are_refused_by_name(mesh, spoil, message):
     effects = body_effects(mesh, SOFT)
     with pytest.raises(MechanicsError, match=message):
         equilibrium(spoil(mesh), effects)
+
+
+def test_a_cell_that_is_inverted_only_between_its_integration_points_is_seen(mesh):
+    spoilt = bent(mesh)
+    spoilt_cells = np.any(np.isin(spoilt.cells, spoilt.cells[7, 4]), axis=1)
+    assert cell_quadrature(spoilt.points, spoilt.cells).volumes.min() > 0
+    assert np.array_equal(smallest_jacobians(spoilt.points, spoilt.cells) <= 0, spoilt_cells)
+
+
+@pytest.mark.parametrize(
+    ("E", "nu", "density", "message"),
+    [
+        (1.0, 0.5, 1.0, r"poisson_ratio = 0.5 is outside \[0, 0.5\)"),
+        (-1.0, 0.45, 1.0, r"youngs_modulus_kpa = -1 is outside \(0, "),
+        (1.0, 0.45, -1.0, "density_g_cm3 = -1 is negative"),
+        (np.nan, 0.45, 1.0, "youngs_modulus_kpa = nan is outside"),
+        (1.0, np.nan, 1.0, "poisson_ratio = nan is outside"),
+        (1.0, 0.45, np.nan, "density_g_cm3 = nan"),
+    ],
+)
+def test_impossible_tissue_is_refused_by_its_value(E, nu, density, message):
+    with pytest.raises(MechanicsError, match=message):
+        Tissue(E, nu, density)
 
 
 def test_a_tissue_without_parameters_is_refused_by_name(mesh):
