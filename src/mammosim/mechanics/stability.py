@@ -1,0 +1,79 @@
+"""How a body loses its stability: the lowest mode of its tangent, and what would help."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mammosim.core.rng import generator
+from mammosim.mechanics.effects import RigidContact, SkinMembrane
+from mammosim.mechanics.newton import System
+from mammosim.mechanics.potential import Potential
+
+_MAX_STEPS = 60
+_ACCURACY = 1e-3
+# A mode in which fewer than this part of the nodes takes part is a local fold.
+LOCAL = 0.15
+
+
+@dataclass(frozen=True)
+class Mode:
+    """The lowest mode of a tangent: eigenvalue w [mN/mm] and v (n_node, 3) of K v = w v, largest |v_a| 1."""
+
+    eigenvalue: float
+    shape: np.ndarray
+
+    @property
+    def participation(self) -> float:
+        """The part of the nodes that moves: (sum |v|^2)^2 / sum |v|^4 / n_node."""
+        square = np.sum(self.shape**2, axis=1)
+        return float(square.sum() ** 2 / np.sum(square**2) / len(square))
+
+    def words(self, points: np.ndarray) -> str:
+        """Where the tissue moves most, by its reference points (n_node, 3), and in which direction."""
+        most = int(np.argmax(np.linalg.norm(self.shape, axis=1)))
+        doing = "folds locally" if self.participation < LOCAL else "gives way as a whole"
+        where, along = _listed(points[most], 0), _listed(self.shape[most], 2)
+        return f"the tissue {doing}, most at {where} mm of the reference, along {along}"
+
+
+def lowest_mode(system: System, x: np.ndarray, stable: np.ndarray) -> Mode:
+    """The lowest mode at a shape x (n_node, 3), found from the tangent at a stable one.
+
+    Locally optimal conjugate gradients (Knyazev 2001): the Rayleigh quotient is minimised over the last
+    vector, its preconditioned residual and the last change.
+    """
+    free, solver = system.rows.free, system.solver
+    A = system.potential.tangent(x, system.pattern).to_csr()[free][:, free]
+    solver.is_definite(system.potential.tangent(stable, system.pattern))
+    v = solver.preconditioned(generator("lowest mode").standard_normal(len(free)))
+    directions, last = [v], np.inf
+    for _ in range(_MAX_STEPS):
+        Q, _ = np.linalg.qr(np.column_stack(directions))
+        values, vectors = np.linalg.eigh(Q.T @ (A @ Q))
+        following, w = Q @ vectors[:, 0], float(values[0])
+        if abs(w - last) <= _ACCURACY * abs(w):
+            break
+        change = following - v * (v @ following) / (v @ v)
+        v, last = following, w
+        directions = [v, solver.preconditioned(A @ v - w * v), change]
+    shape = system.spread(following)
+    most = shape[np.argmax(np.linalg.norm(shape, axis=1))]
+    return Mode(w, shape / np.linalg.norm(most))
+
+
+def advice(potential: Potential, load_factor: float) -> str:
+    """What would keep the body stable beyond this part of its loads."""
+    helps = []
+    if not any(isinstance(effect, SkinMembrane) for effect in potential.effects):
+        helps.append("add skin, which holds soft tissue")
+    else:
+        helps.append("make the skin stiffer or thicker")
+    if not any(isinstance(effect, RigidContact) for effect in potential.effects):
+        helps.append("let the chest wall carry what is pressed towards it (chest_wall_contact)")
+    if load_factor > 0:
+        helps.append(f"make all stiffnesses {1.05 / load_factor:.2g} times larger, which is certain to help")
+    return "; or ".join(helps)
+
+
+def _listed(vector: np.ndarray, digits: int) -> str:
+    return "(" + ", ".join(f"{value + 0.0:.{digits}f}" for value in vector) + ")"
