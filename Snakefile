@@ -26,6 +26,7 @@ include: "workflow/rules/xray.smk"
 include: "workflow/rules/checks.smk"
 include: "workflow/rules/study.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/hard_cases.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -31,7 +31,7 @@ def assert_derives_from_its_energy(effect, x):
     h = 1e-6
     difference = (gradient(effect, x + h * v) - gradient(effect, x - h * v)) / (2 * h)
     product = (tangent(effect, x) @ v.ravel()).reshape(x.shape)
-    assert np.abs(difference).max() > 0
+    assert np.any(difference) == (len(effect.connectivity) > 0)
     assert np.abs(product - difference).max() <= 1e-6 * np.abs(difference).max()
 
 

@@ -1,4 +1,4 @@
-# The report: figures and tables in one page, with every assumption and source.
+# The report: figures and tables in one page, with every assumption and source, and what was made on demand.
 PICTURES = [
     *over("positions_{v}"),
     *(f"registration_{v}_{p}" for v in WOMEN for p in moving(v)),
@@ -28,6 +28,8 @@ rule report:
         numbers="results/study/numbers.json",
         provenance="results/study/provenance.json",
         bibliography=str(HOME / "config/references.bib"),
+        page_texts=[page_text(target) for target in PAGES],
+        pages=made_pages,
         library=library("report.py"),
     output:
         "results/study/report.html",

@@ -11,36 +11,38 @@ from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.bibliography import entries
-from mammosim.study.report import Listing, Picture, Section, report
+from mammosim.study.layout import Contents, sections
+from mammosim.study.report import report
 
 
 def main(files: dict, title: str, out: str) -> None:
     layout = yaml.safe_load(Path(files["text"]).read_text())
-    numbers, made = read_json(files["numbers"]), read_json(files["provenance"])
-    frames = {Path(path).stem: read_table(path) for path in files["tables"]}
+    pages = {Path(path).stem: yaml.safe_load(Path(path).read_text()) for path in files["page_texts"]}
+    of_pages = {kind: [p for p in files["pages"] if p.endswith(kind)] for kind in (".csv", ".png", ".json")}
+    numbers = read_json(files["numbers"])
+    for path in of_pages[".json"]:
+        numbers |= read_json(path)
+    pictures = {Path(path).stem: Path(path).read_bytes() for path in files["pictures"] + of_pages[".png"]}
+    pictures["cost"] = png_of(time_and_memory(benchmarks(Path("results/benchmarks"))))
+    shown = sections(
+        layout["sections"],
+        Contents(pictures, tables(files, of_pages[".csv"])),
+        pages=pages,
+        made=[Path(path).stem for path in of_pages[".json"]],
+    )
+    Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout["subtitle"]))
+
+
+def tables(files: dict, of_pages: list[str]) -> dict[str, pd.DataFrame]:
+    """Every table by name: those of the study, of its pages, and of what made them."""
+    frames = {Path(path).stem: read_table(path) for path in files["tables"] + of_pages}
+    made = read_json(files["provenance"])
     frames["quality"] = read_table(files["quality"])
     frames["assumptions"] = pd.DataFrame(made["assumptions"])
     frames["versions"] = pd.DataFrame(made["packages"].items(), columns=["package", "version"])
     frames["sources"] = pd.DataFrame(entries(Path(files["bibliography"]).read_text()))
     frames["published"] = tabulated("published_biomechanics")
-    pictures = {Path(path).stem: Path(path).read_bytes() for path in files["pictures"]}
-    pictures["cost"] = png_of(time_and_memory(benchmarks(Path("results/benchmarks"))))
-    sections = tuple(section(part, pictures, frames) for part in layout["sections"])
-    Path(out).write_text(report(title, sections, numbers=numbers, subtitle=layout["subtitle"]))
-
-
-def section(part: dict, pictures: dict[str, bytes], frames: dict[str, pd.DataFrame]) -> Section:
-    """One section with the figures whose names begin with the words listed, and its tables."""
-    blocks: list[Picture | Listing] = []
-    for prefix, caption in part.get("figures", {}).items():
-        for name in (name for name in pictures if name == prefix or name.startswith(f"{prefix}_")):
-            what = name.removeprefix(prefix).strip("_").replace("_", " ")
-            blocks.append(Picture(pictures[name], caption.format(what=what)))
-    for name, table in part.get("tables", {}).items():
-        if name in frames:
-            frame = frames[name]
-            blocks.append(Listing(frame[table.get("columns", list(frame.columns))], table["caption"]))
-    return Section(part["title"], part.get("text", ""), tuple(blocks))
+    return frames
 
 
 def benchmarks(folder: Path) -> pd.DataFrame:

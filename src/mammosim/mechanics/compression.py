@@ -10,7 +10,14 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MN_PER_N
 from mammosim.mechanics.analysis import system_of
-from mammosim.mechanics.effects import ContactState, Effect, NeoHookean, RigidPlate, RoundedBox
+from mammosim.mechanics.effects import (
+    ContactState,
+    Effect,
+    MixedNeoHookean,
+    NeoHookean,
+    RigidPlate,
+    RoundedBox,
+)
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, held_nodes, solve
 from mammosim.mechanics.newton import NewtonSettings, System
 from mammosim.mechanics.potential import Potential
@@ -171,7 +178,9 @@ def compress(
 
 def _penalty(effects: tuple[Effect, ...]) -> float:
     """30 times the median shear modulus of the cells, per mm."""
-    mu = np.concatenate([effect.mu for effect in effects if isinstance(effect, NeoHookean)])
+    mu = np.concatenate(
+        [effect.mu for effect in effects if isinstance(effect, (NeoHookean, MixedNeoHookean))]
+    )
     return 30.0 * float(np.median(mu))
 
 

@@ -95,6 +95,13 @@ class SymmetricSolver:
             self._call(_RELEASE)
             self._analysed = False
 
+    def successor(self, row_start: np.ndarray, columns: np.ndarray) -> "SymmetricSolver":
+        """A solver of another pattern in place of this one, which is released and whose count goes on."""
+        self.release()
+        solver = SymmetricSolver(row_start, columns)
+        solver.factorisations = self.factorisations
+        return solver
+
     def __enter__(self) -> "SymmetricSolver":
         return self
 

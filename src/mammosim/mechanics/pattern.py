@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import SuperLU
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,26 @@ def pattern_of(n_node: int, connectivities: list[np.ndarray]) -> Pattern:
 
 
 @dataclass(frozen=True)
+class Constraint:
+    """B^T M^-1 B without its products, which would couple too many nodes: volumes that pressures hold.
+
+    B (n_p, 3 n_node) mm2; M (n_p, n_p) mm3/kPa, symmetric and positive definite, with its factors;
+    softness (n_p,): B K^-1 B^T of the blocks K is about softness times M, in every row.
+    """
+
+    B: sparse.csr_matrix
+    M: sparse.csr_matrix
+    factors: SuperLU
+    softness: np.ndarray
+
+
+@dataclass
 class Tangent:
-    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern; effects add to them."""
+    """K [mN/mm]: blocks (n_block, 3, 3) in a pattern, to which effects add, and one effect's constraint."""
 
     pattern: Pattern
     blocks: np.ndarray
+    constraint: Constraint | None = None
 
     @classmethod
     def zero(cls, pattern: Pattern) -> "Tangent":
@@ -75,11 +91,16 @@ class Tangent:
         _gather(scatter.order, scatter.start, Ke.reshape(-1, 3, 3), self.blocks)
 
     def to_csr(self) -> sparse.csr_matrix:
-        """The full matrix (3 n_node, 3 n_node)."""
+        """The full matrix (3 n_node, 3 n_node), constraints multiplied out: for small meshes."""
         n = self.pattern.n_node
-        return sparse.bsr_matrix(
+        K = sparse.bsr_matrix(
             (self.blocks, self.pattern.columns, self.pattern.row_start), shape=(3 * n, 3 * n)
         ).tocsr()
+        if self.constraint is None:
+            return K
+        B = self.constraint.B.toarray()
+        stiff = B.T @ self.constraint.factors.solve(B)
+        return K + sparse.csr_matrix((stiff + stiff.T) / 2)
 
 
 @dataclass(frozen=True)
@@ -106,6 +127,16 @@ def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
     number[free] = np.arange(len(free))
     row_start, columns, source = _upper(pattern.row_start, pattern.columns, number.reshape(-1, 3))
     return UpperRows(free, row_start, columns, source)
+
+
+def with_pressures(rows: UpperRows, K: Tangent, constraint: Constraint) -> sparse.csr_matrix:
+    """The upper triangle of [[K, B^T], [B, -M]] over the free degrees of freedom and the pressures."""
+    n = len(rows.free)
+    upper = sparse.csr_matrix((rows.values(K), rows.columns, rows.row_start), shape=(n, n))
+    B = constraint.B.tocsc()[:, rows.free]
+    matrix = sparse.bmat([[upper, B.T], [None, -sparse.triu(constraint.M)]], format="csr")
+    matrix.sort_indices()
+    return matrix
 
 
 def add_to_nodes(connectivity: np.ndarray, ge: np.ndarray, g: np.ndarray) -> None:

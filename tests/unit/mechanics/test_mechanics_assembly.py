@@ -2,7 +2,6 @@
 
 import ctypes
 
-import numba
 import numpy as np
 import pytest
 from mechanics_bodies import box
@@ -52,22 +51,6 @@ def test_the_upper_rows_are_the_free_part_of_the_matrix(mesh, potential):
         span = slice(rows.row_start[i], rows.row_start[i + 1])
         found[i, rows.columns[span]] = rows.values(K)[span]
     assert np.array_equal(found, expected)
-
-
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one thread only")
-def test_one_and_two_threads_give_the_same_bits(mesh, potential):
-    x = mesh.points * [1.1, 0.9, 1.05] + 0.1 * generator("threads").standard_normal(mesh.points.shape)
-    pattern = pattern_of(len(mesh.points), [mesh.cells])
-    before, results = numba.get_num_threads(), []
-    try:
-        for threads in (1, 2):
-            numba.set_num_threads(threads)
-            tangents = [potential.tangent(x, pattern, projected=p).blocks for p in (False, True)]
-            results.append([np.array(potential.energy(x)), potential.gradient(x), *tangents])
-    finally:
-        numba.set_num_threads(before)
-    for one, two in zip(*results):
-        assert np.array_equal(one, two)
 
 
 def test_the_solver_counts_negative_eigenvalues_and_solves():

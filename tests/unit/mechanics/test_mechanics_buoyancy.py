@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 from mechanics_bodies import box
-from mechanics_derivatives import assert_derives_from_its_energy, assert_symmetric_and_projectable, gradient
+from mechanics_derivatives import gradient
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
-from mammosim.core.rng import generator
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import body_effects
 from mammosim.mechanics.effects import Buoyancy, Weight
@@ -20,16 +19,6 @@ DEEP = -1000.0
 @pytest.fixture(scope="module")
 def mesh():
     return box((2, 2, 2), (10.0, 12.0, 9.0))
-
-
-def half_immersed(mesh):
-    return Buoyancy.of(mesh, DOWN, level_mm=7.0, density_g_cm3=1.0, waterline_mm=6.0)
-
-
-def test_the_force_and_its_tangent_derive_from_the_energy(mesh):
-    x = mesh.points + 0.2 * generator("buoyancy").standard_normal(mesh.points.shape)
-    assert_derives_from_its_energy(half_immersed(mesh), x)
-    assert_symmetric_and_projectable(half_immersed(mesh), x)
 
 
 def test_the_uplift_is_the_weight_of_the_water_displaced(mesh):

@@ -5,17 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mechanics_bodies import box
-from mechanics_derivatives import (
-    assert_derives_from_its_energy,
-    assert_rotation_stores_nothing,
-    assert_symmetric_and_projectable,
-)
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES
-from mammosim.core.rigid import rotation
-from mammosim.core.rng import generator
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Fascia, Skin, body_effects
 from mammosim.mechanics.effects import Weight
@@ -33,17 +26,6 @@ def mesh():
     faces = faces[np.all(block.points[faces][:, :, 2] == 4.5, axis=1)]
     _, first = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True)
     return replace(block, boundaries={**block.boundaries, "fascia": faces[first]})
-
-
-def test_force_and_tangent_derive_from_the_energy(mesh):
-    x = mesh.points @ np.diag([1.3, 0.8, 1.1]) + 0.2 * generator("fascia").standard_normal(mesh.points.shape)
-    assert_derives_from_its_energy(FASCIA.membrane(mesh), x)
-    assert_symmetric_and_projectable(FASCIA.membrane(mesh), x)
-
-
-def test_rigid_motion_stores_no_energy_and_causes_no_force(mesh):
-    turn = rotation(np.array([30.0, -70.0, 110.0]))
-    assert_rotation_stores_nothing(FASCIA.membrane(mesh), mesh.points, turn)
 
 
 def test_fascia_inside_stores_the_energy_of_its_own_area(mesh):

@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 from mechanics_bodies import box
 from mechanics_derivatives import (
-    assert_derives_from_its_energy,
-    assert_rotation_stores_nothing,
-    assert_symmetric_and_projectable,
     gradient,
 )
 
 from mammosim.core.errors import MechanicsError
-from mammosim.core.rigid import rotation
-from mammosim.core.rng import generator
 from mammosim.mechanics.effects import Fibres
 
 VOLUME = 1080.0
@@ -25,21 +20,6 @@ def mesh():
 
 def along(mesh, direction):
     return np.tile(np.asarray(direction, dtype=float), (len(mesh.cells), 1))
-
-
-@pytest.mark.parametrize("exponent", [0.0, 1.5])
-def test_force_and_tangent_derive_from_the_energy(mesh, exponent):
-    directions = generator("fibres").standard_normal((len(mesh.cells), 3))
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    fibres = Fibres.of(mesh, directions, stiffness_kpa=2.0, exponent=exponent)
-    x = mesh.points @ np.diag([1.3, 0.8, 1.1]) + 0.2 * generator("x").standard_normal(mesh.points.shape)
-    assert_derives_from_its_energy(fibres, x)
-    assert_symmetric_and_projectable(fibres, x)
-
-
-def test_rigid_motion_stores_no_energy_and_causes_no_force(mesh):
-    fibres = Fibres.of(mesh, along(mesh, [0.6, 0.0, 0.8]), stiffness_kpa=2.0, exponent=1.0)
-    assert_rotation_stores_nothing(fibres, mesh.points, rotation(np.array([30.0, -70.0, 110.0])))
 
 
 def test_a_shortened_fibre_stores_nothing(mesh):

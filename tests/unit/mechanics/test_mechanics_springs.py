@@ -4,16 +4,11 @@ import numpy as np
 import pytest
 from mechanics_bodies import box
 from mechanics_derivatives import (
-    assert_derives_from_its_energy,
-    assert_rotation_stores_nothing,
-    assert_symmetric_and_projectable,
     gradient,
     tangent,
 )
 
 from mammosim.core.errors import MechanicsError
-from mammosim.core.rigid import rotation
-from mammosim.core.rng import generator
 from mammosim.mechanics.effects import Springs
 
 
@@ -26,19 +21,6 @@ def network(mesh):
     """The edges of all cells."""
     pairs = np.unique(np.sort(mesh.cells[:, [[0, 1], [1, 2], [2, 3], [3, 0]]].reshape(-1, 2), axis=1), axis=0)
     return Springs.between(mesh.points, pairs, youngs_modulus_kpa=500.0, section_mm2=0.2)
-
-
-def test_force_and_tangent_derive_from_the_energy(mesh):
-    x = mesh.points @ np.diag([1.3, 0.8, 1.1]) + 0.2 * generator("springs").standard_normal(mesh.points.shape)
-    springs = network(mesh)
-    taut = np.mean(springs.tensions(x) > 0)
-    assert 0.2 < taut < 0.9
-    assert_derives_from_its_energy(springs, x)
-    assert_symmetric_and_projectable(springs, x)
-
-
-def test_rigid_motion_stores_no_energy_and_causes_no_force(mesh):
-    assert_rotation_stores_nothing(network(mesh), mesh.points, rotation(np.array([30.0, -70.0, 110.0])))
 
 
 def test_a_chain_of_springs_has_the_stiffness_of_its_length():

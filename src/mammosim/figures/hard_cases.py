@@ -1,0 +1,75 @@
+"""Hard cases of the mechanics: what happened in each, how far within its bound, how long it took."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from mammosim.figures.style import BLUE, INK, QUIET, VERMILION, new_figure, styled
+
+# An error of exactly zero has no place on a log axis; this is below rounding of any bound.
+_SMALLEST = 1e-9
+
+
+@styled
+def hard_cases(table: pd.DataFrame) -> Figure:
+    """One line per case, by family: error over the largest allowed, and processor time.
+
+    table: rows of study.hard_cases.row. Circles converged, squares were refused, crosses are other outcomes;
+    what is not as expected is vermilion and named.
+    """
+    table = table.iloc[::-1].reset_index(drop=True)
+    figure = new_figure(1.4 + 0.17 * len(table))
+    error, time = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    _draw_errors(error, table)
+    place = np.arange(len(table))
+    time.barh(place, table.seconds, color=[BLUE if ok else VERMILION for ok in table.ok], height=0.6)
+    time.set(xscale="log", xlabel="processor time (s)", title="time")
+    for ax in (error, time):
+        ax.margins(y=0.01)
+        ax.grid(False, axis="y")
+        _separate_families(ax, table)
+    return figure
+
+
+def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
+    part = np.maximum(table.error / table.within, _SMALLEST)
+    for place, case in enumerate(table.itertuples()):
+        colour = BLUE if case.ok else VERMILION
+        happened = str(case.outcome).split(":")[0].split()[0]
+        marker = {"converged": "o", "refused": "s"}.get(happened, "X")
+        x = part[place] if np.isfinite(part[place]) else 1.0
+        fill = colour if np.isfinite(part[place]) else "none"
+        ax.plot(x, place, marker, color=colour, markerfacecolor=fill, clip_on=False, zorder=3)
+    ax.axvline(1.0, color=INK, lw=1)
+    ax.set_yticks(np.arange(len(table)), [name.replace("_", " ") for name in table.case], fontsize=7)
+    for label, ok in zip(ax.get_yticklabels(), table.ok):
+        label.set_color(INK if ok else VERMILION)
+    ax.set(xscale="log", xlabel="error / largest error allowed (-)", title="what happened")
+    shapes = (("o", "converged", QUIET), ("s", "refused", "none"), ("X", "crashed", QUIET))
+    marks = [
+        Line2D([], [], ls="", marker=m, color=QUIET, markerfacecolor=fill, label=text)
+        for m, text, fill in shapes
+    ]
+    marks += [
+        Line2D([], [], ls="", marker="o", color=c, label=t)
+        for c, t in ((BLUE, "as expected"), (VERMILION, "not"))
+    ]
+    ax.figure.legend(handles=marks, ncols=5, loc="outside upper center")
+
+
+def _separate_families(ax: Axes, table: pd.DataFrame) -> None:
+    """A line between families, and their names at the right of the last axes."""
+    starts = np.flatnonzero(table.family != table.family.shift())
+    for start, end in zip(starts, [*starts[1:], len(table)]):
+        ax.axhline(start - 0.5, color=QUIET, lw=0.5)
+        if not ax.get_ylabel() and ax.get_title(loc="left") == "time":
+            ax.annotate(
+                table.family[start],
+                (1.02, (start + end - 1) / 2),
+                xycoords=("axes fraction", "data"),
+                va="center",
+                fontsize=7.5,
+                color=INK,
+            )

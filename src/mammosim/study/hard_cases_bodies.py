@@ -1,0 +1,149 @@
+"""Bodies of the hard cases: simple shapes, stretched, covered with a thin layer, spoilt on purpose.
+
+The chest wall is the plane z = 0, where `posterior` lies; z points outward.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mammosim.core.errors import MeshError
+from mammosim.core.labels import Label
+from mammosim.core.mesh import EDGES, TetMesh
+from mammosim.meshing.layers import with_layer
+from mammosim.meshing.quality import quality
+from mammosim.meshing.shapes import ball_part, box
+
+# Nodes of a quadratic tetrahedron with two vertices exchanged: its mirror image.
+_MIRRORED = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]
+_SPOILT = 3  # how many elements a defect spoils
+
+
+def ball(*, radius_mm: float, edge_mm: float, octant: bool = False, layer_mm: float = 0.0) -> TetMesh:
+    """Half of a ball of outer radius radius_mm, or an octant, with a layer of solid SKIN on the sphere."""
+    inner = radius_mm - layer_mm
+    mesh = ball_part(inner, edge_mm, octant=octant)
+    return with_layer(mesh, mesh.points * (radius_mm / inner)) if layer_mm else mesh
+
+
+def brick(*, counts: list[int], size_mm: list[float], layer_mm: float = 0.0) -> TetMesh:
+    """A box, size without the layer of solid SKIN on its top."""
+    mesh = box((counts[0], counts[1], counts[2]), (size_mm[0], size_mm[1], size_mm[2]))
+    if not layer_mm:
+        return mesh
+    skin = mesh.boundaries["skin"]
+    top = skin[np.all(np.isclose(mesh.points[skin][:, :, 2], size_mm[2]), axis=1)]
+    covered = replace(mesh, boundaries={**mesh.boundaries, "top": top})
+    return with_layer(covered, mesh.points + [0.0, 0.0, layer_mm], boundary="top")
+
+
+SHAPES: Mapping[str, Callable[..., TetMesh]] = {"ball": ball, "brick": brick}
+
+
+def body(
+    shape: str,
+    *,
+    stretched: list[float] | None = None,
+    slivers: Mapping[str, Any] | None = None,
+    defect: str | None = None,
+    **sizes: Any,
+) -> TetMesh:
+    """A body by the name of its shape and its sizes; see SHAPES.
+
+    stretched: factors of x, y, z; slivers: how many elements to squeeze to which part of their height;
+    defect: a name of DEFECTS.
+    """
+    mesh = SHAPES[shape](**sizes)
+    if stretched is not None:
+        mesh = mesh.moved_to(mesh.points * stretched)
+    if slivers is not None:
+        mesh = with_slivers(mesh, **slivers)
+    return DEFECTS[defect](mesh) if defect else mesh
+
+
+def with_slivers(mesh: TetMesh, *, count: int, height: float) -> TetMesh:
+    """The mesh with `count` elements squeezed to a part of their height, none beside another.
+
+    An inner vertex v goes to c + height (v - c), c the middle of the opposite face; its edges are straight.
+    Raises MeshError when fewer elements can be squeezed without inverting their neighbours.
+    """
+    outer = np.concatenate([faces.ravel() for faces in mesh.boundaries.values()])
+    taken = np.isin(np.arange(len(mesh.points)), outer)
+    found = 0
+    for number, cell in enumerate(mesh.cells):
+        if found == count or taken[cell[0]]:
+            continue
+        c = mesh.points[cell[1:4]].mean(axis=0)
+        around = np.flatnonzero((mesh.cells[:, :4] == cell[0]).any(axis=1))
+        squeezed = _with_vertex_at(mesh, cell[0], c + height * (mesh.points[cell[0]] - c), around)
+        beside = around[around != number]
+        neighbours = replace(squeezed, cells=mesh.cells[beside], tissue=mesh.tissue[beside])
+        if quality(neighbours)["smallest_J"].gt(0).all():
+            mesh, found = squeezed, found + 1
+            taken[mesh.cells[around]] = True
+    if found < count:
+        raise MeshError(f"only {found} of {count} elements can be squeezed to {height:g}: use a finer mesh")
+    return mesh
+
+
+def _with_vertex_at(mesh: TetMesh, vertex: int, place: np.ndarray, around: np.ndarray) -> TetMesh:
+    points = mesh.points.copy()
+    points[vertex] = place
+    a, b = mesh.cells[around][:, np.array(EDGES)].transpose(2, 0, 1)
+    moved = (a == vertex) | (b == vertex)
+    points[mesh.cells[around, 4:][moved]] = (points[a[moved]] + points[b[moved]]) / 2
+    return mesh.moved_to(points)
+
+
+def _inverted(mesh: TetMesh) -> TetMesh:
+    cells = mesh.cells.copy()
+    cells[:_SPOILT] = cells[:_SPOILT, _MIRRORED]
+    return replace(mesh, cells=cells)
+
+
+def _flat(mesh: TetMesh) -> TetMesh:
+    """Elements without volume: their vertices lie in one plane."""
+    return with_slivers(mesh, count=_SPOILT, height=0.0)
+
+
+def _unattached(mesh: TetMesh) -> TetMesh:
+    other = box((1, 1, 1), (5.0, 5.0, 5.0))
+    return replace(
+        mesh,
+        points=np.vstack([mesh.points, other.points + [0.0, 0.0, 2 * np.ptp(mesh.points)]]),
+        cells=np.vstack([mesh.cells, other.cells + len(mesh.points)]),
+        tissue=np.concatenate([mesh.tissue, other.tissue]),
+    )
+
+
+def _not_a_number(mesh: TetMesh) -> TetMesh:
+    points = mesh.points.copy()
+    points[:_SPOILT, 1] = np.nan
+    return mesh.moved_to(points)
+
+
+def _loose_node(mesh: TetMesh) -> TetMesh:
+    return mesh.moved_to(np.vstack([mesh.points, [[0.0, 0.0, 1e3]]]))
+
+
+def _without_posterior(mesh: TetMesh) -> TetMesh:
+    return replace(mesh, boundaries={"skin": mesh.boundaries["skin"]})
+
+
+def _unknown_tissue(mesh: TetMesh) -> TetMesh:
+    tissue = mesh.tissue.copy()
+    tissue[:_SPOILT] = int(Label.GLANDULAR)
+    return replace(mesh, tissue=tissue)
+
+
+DEFECTS: Mapping[str, Callable[[TetMesh], TetMesh]] = {
+    "inverted": _inverted,
+    "flat": _flat,
+    "unattached": _unattached,
+    "not_a_number": _not_a_number,
+    "loose_node": _loose_node,
+    "without_posterior": _without_posterior,
+    "unknown_tissue": _unknown_tissue,
+}

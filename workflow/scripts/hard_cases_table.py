@@ -1,0 +1,25 @@
+"""The table of all hard cases; those that are not as expected are named in the log and on the terminal."""
+
+import logging
+import sys
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.study.hard_cases import not_as_expected, numbers
+
+
+def main(rows: list[str], table: str, facts: str) -> None:
+    cases = pd.concat([read_table(path) for path in rows], ignore_index=True)
+    write_table(cases, table)
+    write_json(numbers(cases), facts)
+    logging.info("%d hard cases", len(cases))
+    for line in not_as_expected(cases):
+        logging.error(line)
+        sys.stderr.write(f"{line}\n")
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.rows, snakemake.output.table, snakemake.output.numbers)
