@@ -90,7 +90,7 @@ class Loading:
     def _error(self, target: float, failure: StepFailed) -> EquilibriumError:
         """The diagnosis of a failure to go on to a load factor."""
         reached, mode = self.load_factors[-1], None
-        helps = advice(self.system.potential, reached)
+        helps = advice(self.system, self.reference, reached)
         if failure.indefinite:
             x, found = self._beyond(target, failure)
             mode = lowest_mode(self.system.under(target), x, self.path[-1])

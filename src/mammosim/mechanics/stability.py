@@ -61,18 +61,27 @@ def lowest_mode(system: System, x: np.ndarray, stable: np.ndarray) -> Mode:
     return Mode(w, shape / np.linalg.norm(most))
 
 
-def advice(potential: Potential, load_factor: float) -> str:
-    """What would keep the body stable beyond this part of its loads."""
-    helps = []
-    if not any(isinstance(effect, SkinMembrane) for effect in potential.effects):
-        helps.append("add skin, which holds soft tissue")
-    else:
+def advice(system: System, points: np.ndarray, load_factor: float) -> str:
+    """What would keep the body, with reference points (n_node, 3), stable beyond this part of its loads."""
+    effects, helps = system.potential.effects, []
+    if any(isinstance(effect, SkinMembrane) for effect in effects):
         helps.append("make the skin stiffer or thicker")
-    if not any(isinstance(effect, RigidContact) for effect in potential.effects):
+    else:
+        helps.append("add skin, which holds soft tissue")
+    in_contact = any(isinstance(effect, RigidContact) for effect in effects)
+    if not in_contact and not _hangs(system, points):
         helps.append("let the chest wall carry what is pressed towards it (chest_wall_contact)")
     if load_factor > 0:
         helps.append(f"make all stiffnesses {1.05 / load_factor:.2g} times larger, which is certain to help")
     return "; or ".join(helps)
+
+
+def _hangs(system: System, points: np.ndarray) -> bool:
+    """Whether the loads pull away from the held nodes, within 45 degrees."""
+    held = system.held.any(axis=1)
+    away = points[~held].mean(axis=0) - points[held].mean(axis=0)
+    pull = -Potential(system.potential.loads).gradient(points).sum(axis=0)
+    return bool(pull @ away > np.sqrt(0.5) * np.linalg.norm(pull) * np.linalg.norm(away))
 
 
 def _listed(vector: np.ndarray, digits: int) -> str:
