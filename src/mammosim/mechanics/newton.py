@@ -140,7 +140,7 @@ def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: l
     """x (n_node, 3) in equilibrium, found from a start x. Extends the history; raises StepFailed."""
     potential, tangent_of = system.potential, system.potential
     best: _Watchdog | None = None
-    last, progress = np.inf, _Progress()
+    last, progress = 0.0, _Progress()
     for iteration in range(settings.max_iterations):
         energy, residual = potential.energy(x), system.relative_residual(x)
         smallest_J = potential.smallest_J(x)
@@ -204,7 +204,7 @@ def _newton_step(
 
 def _accuracy(residual: float, last: float, settings: NewtonSettings) -> float:
     """Of the linear system, relative: what quadratic convergence can use (Eisenstat & Walker 1996)."""
-    useful = min(_COARSEST_ACCURACY, 0.5 * (residual / last) ** 2)
+    useful = min(_COARSEST_ACCURACY, 0.5 * (residual / last) ** 2 if last else 1.0)
     return max(useful, min(_COARSEST_ACCURACY, 0.3 * settings.tolerance / residual))
 
 
