@@ -82,14 +82,11 @@ def test_the_hanging_hemisphere_converges_with_and_without_a_resolved_skin(bodie
 
 
 def test_full_load_takes_few_iterations_even_near_incompressibility(coarse):
-    """The predicted pressure keeps Newton from creeping: 5 to 8 a load step, where others take 15 to 34.
-
-    At nu = 0.4999 the full load meets an indefinite tangent in its second iteration and is halved.
-    """
-    for E, nu, steps in ((1.0, 0.45, 1), (0.3, 0.45, 1), (0.5, 0.495, 1), (0.5, 0.4999, 2)):
+    """The predicted pressure keeps Newton from creeping: 5 to 8 iterations, where others take 15 to 34."""
+    for E, nu in ((1.0, 0.45), (0.3, 0.45), (0.5, 0.495), (0.5, 0.4999)):
         _, state = apex_displacement(coarse, E, nu)
-        assert len(state.load_factors) - 1 == steps
-        assert len(state.history) <= 10 * steps
+        assert state.load_factors == (0.0, 1.0)
+        assert len(state.history) <= 10
         assert state.energy_imbalance < 1e-5
 
 

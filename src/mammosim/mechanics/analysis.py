@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.newton import System
 from mammosim.mechanics.potential import Potential
 
@@ -51,10 +52,12 @@ def system_of(potential: Potential, held: np.ndarray) -> Iterator[System]:
 
 def _is_like(system: System, potential: Potential, held: np.ndarray) -> bool:
     """Whether a potential couples the nodes of the same arrays of elements, under the same held nodes."""
-    before, now = _elements(system.potential), _elements(potential)
-    same = len(before) == len(now) and all(a is b for a, b in zip(before, now))
+    before, now = _coupling(system.potential), _coupling(potential)
+    same = [type(effect) for effect in before] == [type(effect) for effect in now] and all(
+        a.connectivity is b.connectivity for a, b in zip(before, now)
+    )
     return same and np.array_equal(system.held, held)
 
 
-def _elements(potential: Potential) -> list[np.ndarray]:
-    return [term.connectivity for term in potential.terms if len(term.connectivity)]
+def _coupling(potential: Potential) -> list[Effect]:
+    return [effect for effect in potential.effects + potential.loads if len(effect.connectivity)]

@@ -1,8 +1,9 @@
 """How a body loses its stability: the lowest mode of its tangent, and what would help."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
 from mammosim.core.rng import generator
 from mammosim.mechanics.effects import RigidContact, SkinMembrane
@@ -43,7 +44,7 @@ def lowest_mode(system: System, x: np.ndarray, stable: np.ndarray) -> Mode:
     vector, its preconditioned residual and the last change.
     """
     free, solver = system.rows.free, system.solver
-    A = system.potential.tangent(x, system.pattern).to_csr()[free][:, free]
+    A = _free_operator(system, x)
     solver.is_definite(system.potential.tangent(stable, system.pattern))
     v = solver.preconditioned(generator("lowest mode").standard_normal(len(free)))
     directions, last = [v], np.inf
@@ -59,6 +60,16 @@ def lowest_mode(system: System, x: np.ndarray, stable: np.ndarray) -> Mode:
     shape = system.spread(following)
     most = shape[np.argmax(np.linalg.norm(shape, axis=1))]
     return Mode(w, shape / np.linalg.norm(most))
+
+
+def _free_operator(system: System, x: np.ndarray) -> LinearOperator:
+    """K + B^T M^-1 B on the free degrees of freedom, its parts kept apart."""
+    free, tangent = system.rows.free, system.potential.tangent(x, system.pattern)
+    K = replace(tangent, constraint=None).to_csr()[free][:, free]
+    if tangent.constraint is None:
+        return aslinearoperator(K)
+    B, factors = tangent.constraint.B.tocsc()[:, free].tocsr(), tangent.constraint.factors
+    return LinearOperator(K.shape, matvec=lambda v: K @ v + B.T @ factors.solve(B @ v), dtype=float)
 
 
 def advice(system: System, points: np.ndarray, load_factor: float) -> str:

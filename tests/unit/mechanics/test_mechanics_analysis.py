@@ -53,6 +53,17 @@ def test_a_membrane_more_is_another_analysis(analyses):
     assert len(analyses) == 2
 
 
+def test_another_law_of_the_bulk_is_another_analysis():
+    """Near incompressibility pressures are unknowns, too: other matrices on the same cells."""
+    mesh = box((2, 2, 2), (40.0, 40.0, 40.0))
+    tissues = [{Label.ADIPOSE: Tissue(1.0, nu, 1.0)} for nu in (0.45, 0.495, 0.45)]
+    with shared_analysis():
+        together = [load(mesh, tissue, DOWN).points for tissue in tissues]
+    apart = load(mesh, tissues[1], DOWN).points
+    assert np.array_equal(together[1], apart)
+    assert np.array_equal(together[0], together[2])
+
+
 def test_outside_nothing_is_kept(analyses):
     mesh = box((1, 1, 1), (40.0, 40.0, 40.0))
     with shared_analysis(), shared_analysis():

@@ -43,8 +43,9 @@ def fallen(cube):
     return caught.value
 
 
-def test_the_lowest_mode_is_that_of_the_whole_spectrum(column):
-    potential = Potential(body_effects(column, tissue(1.0)))
+@pytest.mark.parametrize("nu", [0.45, 0.495])
+def test_the_lowest_mode_is_that_of_the_whole_spectrum(column, nu):
+    potential = Potential(body_effects(column, {Label.ADIPOSE: Tissue(1.0, nu, 1.0)}))
     with System.of(potential, held_nodes(column)) as system:
         mode = lowest_mode(system, column.points, column.points)
         free = system.rows.free
