@@ -102,7 +102,7 @@ class DirectSolver:
 
     def preconditioned(self, r: np.ndarray) -> np.ndarray:
         """See TangentSolver."""
-        return self._symmetric.solve(r)
+        return self._solved(r)
 
     @property
     def memory_mb(self) -> float:
