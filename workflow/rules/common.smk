@@ -100,7 +100,6 @@ def page(target):
         "numbers": f"results/study/{target}.json",
         "tables": expand("results/study/{name}.csv", name=PAGES[target]["tables"]),
         "pictures": expand("results/study/figures/{name}.png", name=PAGES[target]["figures"]),
-        "library": library("page.py"),
     }
 
 

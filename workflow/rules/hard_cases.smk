@@ -62,6 +62,7 @@ rule hard_cases:
     """Hard cases of the mechanics, on demand: results/study/hard_cases.csv and hard_cases.html."""
     input:
         **page("hard_cases"),
+        library=library("page.py"),
     output:
         "results/study/hard_cases.html",
     log:

@@ -1,5 +1,7 @@
 """One family of exceptions. Each message names the value, its limits and the next step."""
 
+import numpy as np
+
 
 class MammosimError(Exception):
     """Anything mammosim refuses to do; the message says what to do instead."""
@@ -33,13 +35,17 @@ class EquilibriumError(MechanicsError):
     """No verified equilibrium was reached; `history` says how far the solver came.
 
     history: one row per Newton iteration, the columns of `mechanics.equilibrium.Iteration`.
-    load_factor: the largest load factor with a verified equilibrium, in [0, 1].
+    load_factor: the largest load factor with a stable equilibrium, in [0, 1].
+    mode: (n_node, 3) how the tissue moves where stability is lost, the largest displacement 1; or None.
     """
 
-    def __init__(self, message: str, *, history: tuple = (), load_factor: float = 0.0) -> None:
+    def __init__(
+        self, message: str, *, history: tuple = (), load_factor: float = 0.0, mode: np.ndarray | None = None
+    ) -> None:
         super().__init__(message)
         self.history = history
         self.load_factor = load_factor
+        self.mode = mode
 
 
 class XrayError(MammosimError):

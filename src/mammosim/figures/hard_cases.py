@@ -1,5 +1,7 @@
 """Hard cases of the mechanics: what happened in each, how far within its bound, how long it took."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -16,8 +18,8 @@ _SMALLEST = 1e-9
 def hard_cases(table: pd.DataFrame) -> Figure:
     """One line per case, by family: error over the largest allowed, and processor time.
 
-    table: rows of study.hard_cases.row. Circles converged, squares were refused, crosses are other outcomes;
-    what is not as expected is vermilion and named.
+    table: rows of study.hard_cases.row. Circles converged, squares were refused, crosses are crashes; hollow,
+    beside the axes, where there is no number to compare; vermilion what is not as expected.
     """
     table = table.iloc[::-1].reset_index(drop=True)
     figure = new_figure(1.4 + 0.17 * len(table))
@@ -36,12 +38,13 @@ def hard_cases(table: pd.DataFrame) -> Figure:
 def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
     part = np.maximum(table.error / table.within, _SMALLEST)
     for place, case in enumerate(table.itertuples()):
-        colour = BLUE if case.ok else VERMILION
-        happened = str(case.outcome).split(":")[0].split()[0]
-        marker = {"converged": "o", "refused": "s"}.get(happened, "X")
-        x = part[place] if np.isfinite(part[place]) else 1.0
-        fill = colour if np.isfinite(part[place]) else "none"
-        ax.plot(x, place, marker, color=colour, markerfacecolor=fill, clip_on=False, zorder=3)
+        style: dict[str, Any] = {"color": BLUE if case.ok else VERMILION, "clip_on": False, "zorder": 3}
+        marker = {"converged": "o", "refused": "s"}.get(str(case.outcome).split(":")[0].split()[0], "X")
+        if np.isfinite(part[place]):
+            ax.plot(part[place], place, marker, **style)
+        else:
+            beside = ax.get_yaxis_transform()
+            ax.plot(1.04, place, marker, transform=beside, markerfacecolor="none", **style)
     ax.axvline(1.0, color=INK, lw=1)
     ax.set_yticks(np.arange(len(table)), [name.replace("_", " ") for name in table.case], fontsize=7)
     for label, ok in zip(ax.get_yticklabels(), table.ok):

@@ -9,7 +9,7 @@ from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.effects import Effect, NeoHookean, SkinMembrane, Weight
+from mammosim.mechanics.effects import Effect, SkinMembrane, Weight, bulk_tissue
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium
 from mammosim.mechanics.reference import face_quadrature
 from mammosim.mechanics.soundness import faces_of
@@ -72,7 +72,7 @@ def body_effects(
     Raises MechanicsError for a tissue of the mesh without parameters, or a membrane without its boundary.
     """
     membranes = tuple(layer.membrane(mesh) for layer in (skin, fascia) if layer is not None)
-    return (NeoHookean.of(mesh, tissues), *membranes)
+    return (bulk_tissue(mesh, tissues), *membranes)
 
 
 def load(

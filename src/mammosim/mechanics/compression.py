@@ -9,7 +9,15 @@ import pandas as pd
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MN_PER_N
-from mammosim.mechanics.effects import ContactState, Effect, NeoHookean, RigidPlate, RoundedBox
+from mammosim.mechanics.analysis import system_of
+from mammosim.mechanics.effects import (
+    ContactState,
+    Effect,
+    MixedNeoHookean,
+    NeoHookean,
+    RigidPlate,
+    RoundedBox,
+)
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, held_nodes, solve
 from mammosim.mechanics.newton import NewtonSettings, System
 from mammosim.mechanics.potential import Potential
@@ -160,7 +168,7 @@ def compress(
     areas = face_quadrature(mesh.points, faces).areas
     penalty = settings.penalty_kpa_per_mm or _penalty(effects)
     paddle, support = (RigidPlate(faces, areas, box, penalty) for box in plates.at(contact))
-    with System.of(Potential((*effects, paddle, support)), held) as system:
+    with system_of(Potential((*effects, paddle, support)), held) as system:
         press = _Press(system, mesh.points, effects, plates, settings)
         stages = press.path(press.pressed(mesh.points, (paddle, support), contact), thickness_mm)
     last = stages[-1]
@@ -170,7 +178,9 @@ def compress(
 
 def _penalty(effects: tuple[Effect, ...]) -> float:
     """30 times the median shear modulus of the cells, per mm."""
-    mu = np.concatenate([effect.mu for effect in effects if isinstance(effect, NeoHookean)])
+    mu = np.concatenate(
+        [effect.mu for effect in effects if isinstance(effect, (NeoHookean, MixedNeoHookean))]
+    )
     return 30.0 * float(np.median(mu))
 
 

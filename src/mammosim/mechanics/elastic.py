@@ -6,8 +6,8 @@ from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
+from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.effects import NeoHookean
-from mammosim.mechanics.newton import System
 from mammosim.mechanics.potential import Potential
 
 # ASSUME: in the fixed point, interior nodes follow the skin as in a homogeneous elastic body, nu = 0.3.
@@ -25,7 +25,7 @@ def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> 
     bulk = NeoHookean.of(mesh, dict.fromkeys((Label(t) for t in np.unique(mesh.tissue)), _CARRIER))
     held = np.repeat(prescribed[:, None], 3, axis=1)
     u = np.where(held, displacement, 0.0)
-    with System.of(Potential((bulk,)), held) as system:
+    with system_of(Potential((bulk,)), held) as system:
         K = system.potential.tangent(mesh.points, system.pattern)
         force = -(K.to_csr() @ u.ravel())[system.rows.free]
         return u + system.spread(system.solver.solve(K, force, _ACCURACY))

@@ -3,36 +3,29 @@
 Newton's method on the free degrees of freedom, with the pressure of the bulk predicted at the integration
 points (see NeoHookean.predicted). Steps are cut so that J stays positive at every integration point; energy
 may rise for a few steps (a watchdog, Chamberlain et al. 1982), after which the solver returns to the best
-shape and searches along the line for a lower energy. When a load step fails it is halved.
+shape and searches along the line for a lower energy. Load control, and what happens where stability is lost,
+stand in mechanics.loading.
 """
 
-import logging
+import resource
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.analysis import system_of
+from mammosim.mechanics.balance import energy_imbalance
 from mammosim.mechanics.effects.protocol import Effect
-from mammosim.mechanics.newton import Iteration, NewtonSettings, StepFailed, System, converge, is_stable
+from mammosim.mechanics.loading import Loading, Settings
+from mammosim.mechanics.newton import Iteration, System, is_stable
 from mammosim.mechanics.potential import Potential
 from mammosim.mechanics.soundness import require_well_posed
 
-log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How the loads are applied.
-
-    load_steps: how many equal steps to begin with; smallest_step: of the load factor, then the solver gives
-    up.
-    """
-
-    newton: NewtonSettings = field(default_factory=NewtonSettings)
-    load_steps: int = 1
-    smallest_step: float = 1 / 64
+# Quadrature of the work follows contact and wrinkling to 1e-4; a gradient that is wrong leaves its own size.
+LARGEST_IMBALANCE = 1e-2
+_KIB_PER_MB = 1e6 / 1024
 
 
 @dataclass(frozen=True)
@@ -42,8 +35,10 @@ class Equilibrium:
     points (n_node, 3) mm; history: one row per Newton iteration; residual: the free forces relative to the
     load; smallest_J at the integration points; positive_definite: the exact tangent is, so a stable minimum;
     stability: how that is known, by the `inertia` of its factors or by `Lanczos`, see mechanics.solvers;
-    energy uJ; factorisations (of the coarse level under conjugate gradients); cg_iterations; seconds of wall
-    time.
+    energy uJ; energy_imbalance: of the work of the inner forces along the path against the stored energy,
+    relative, see mechanics.balance; load_factors: of the states on that path, which begins at the reference
+    or at a start; factorisations (of the coarse level under conjugate gradients); cg_iterations; seconds of
+    wall time; memory_mb: the largest of the process so far; solver_mb: of it, for factors.
     """
 
     points: np.ndarray
@@ -53,9 +48,13 @@ class Equilibrium:
     positive_definite: bool
     stability: str
     energy: float
+    energy_imbalance: float
+    load_factors: tuple[float, ...]
     factorisations: int
     cg_iterations: int
     seconds: float
+    memory_mb: float
+    solver_mb: float
 
 
 def held_nodes(mesh: TetMesh) -> np.ndarray:
@@ -82,7 +81,7 @@ def equilibrium(
     """
     held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
     held = require_well_posed(mesh, held)
-    with System.of(Potential(effects, loads), held) as system:
+    with system_of(Potential(effects, loads), held) as system:
         return solve(system, mesh.points, start=start, settings=settings)
 
 
@@ -96,74 +95,41 @@ def solve(
     """The equilibrium of a system already checked, with reference X (n_node, 3); see `equilibrium`."""
     began, solver = time.perf_counter(), system.solver
     before = solver.factorisations, solver.iterations
-    settings = settings or Settings()
-    history: list[Iteration] = []
-    x = _under_full_load(system, reference, start, settings, history)
-    state = _verified(system, x, settings, history)
-    return replace(
-        state,
+    loading = Loading(system, reference, settings or Settings())
+    if start is None:
+        loading.from_rest(reference)
+    else:
+        loading.from_start(start)
+    verified = _verified(loading)
+    return Equilibrium(
+        points=loading.path[-1],
+        history=tuple(loading.history),
+        positive_definite=True,
+        stability=solver.stability,
+        energy=system.potential.energy(loading.path[-1]),
+        load_factors=loading.load_factors,
         factorisations=solver.factorisations - before[0],
         cg_iterations=solver.iterations - before[1],
         seconds=time.perf_counter() - began,
+        memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _KIB_PER_MB,
+        solver_mb=solver.memory_mb,
+        **verified,
     )
 
 
-def _under_full_load(
-    system: System,
-    reference: np.ndarray,
-    start: np.ndarray | None,
-    settings: Settings,
-    history: list[Iteration],
-) -> np.ndarray:
-    """x at load factor 1; steps are halved when they fail and doubled when they succeed."""
-    x = reference if start is None else start
-    reached, step = 0.0, 1 / settings.load_steps if start is None else 1.0
-    while reached < 1.0:
-        target = min(1.0, reached + step)
-        try:
-            x = converge(system.under(target), x, settings.newton, history)
-            reached, step = target, 2 * step
-        except StepFailed as failure:
-            log.info("load factor %.3f failed: %s", target, failure)
-            step = (target - reached) / 2
-            if step < settings.smallest_step or not system.potential.loads:
-                raise EquilibriumError(
-                    f"no equilibrium beyond load factor {reached:.3f}: {failure}. {_ADVICE}",
-                    history=tuple(history),
-                    load_factor=reached,
-                ) from failure
-            if reached == 0.0:
-                x = np.where(system.held, x, reference)
-    return x
-
-
-_ADVICE = (
-    "The shape may have lost its stability: add skin, stiffen the tissue, "
-    "let the chest wall carry it, or start from a neighbouring equilibrium"
-)
-
-
-def _verified(system: System, x: np.ndarray, settings: Settings, history: list[Iteration]) -> Equilibrium:
-    """The result, or EquilibriumError when residual, J or stability does not hold at x."""
+def _verified(loading: Loading) -> dict[str, float]:
+    """Residual, smallest J and energy imbalance of the last shape, or EquilibriumError where one is wrong."""
+    system, x, tolerance = loading.system, loading.path[-1], loading.settings.newton.tolerance
     residual = system.relative_residual(x)
     smallest_J = system.potential.smallest_J(x)
+    imbalance = energy_imbalance(system.potential, loading.path)
     stable = is_stable(system, x)
-    if residual > settings.newton.tolerance or smallest_J <= 0 or not stable:
+    if residual > tolerance or smallest_J <= 0 or not stable or imbalance > LARGEST_IMBALANCE:
         raise EquilibriumError(
-            f"the shape found is no verified equilibrium: residual {residual:.1e} (at most "
-            f"{settings.newton.tolerance:g}), smallest J {smallest_J:.3f} (above 0), "
-            f"{'stable' if stable else 'unstable'}. {_ADVICE}",
-            history=tuple(history),
+            f"the shape found is no verified equilibrium: residual {residual:.1e} (at most {tolerance:g}), "
+            f"smallest J {smallest_J:.3f} (above 0), energy imbalance {imbalance:.1e} (at most "
+            f"{LARGEST_IMBALANCE:g}), {'stable' if stable else 'unstable: stability was lost on the way'}; "
+            "apply the load in more steps, or start from a neighbouring equilibrium",
+            history=tuple(loading.history),
         )
-    return Equilibrium(
-        x,
-        tuple(history),
-        residual,
-        smallest_J,
-        stable,
-        system.solver.stability,
-        system.potential.energy(x),
-        factorisations=0,
-        cg_iterations=0,
-        seconds=0.0,
-    )
+    return {"residual": residual, "smallest_J": smallest_J, "energy_imbalance": imbalance}

@@ -1,9 +1,9 @@
 """A symmetric V-cycle of two levels, quadratic and linear elements of the same tetrahedra.
 
 The nodes of a mid-edge mean its two vertices: x = P y. The coarse matrix is the Galerkin product P^T K P,
-factorised exactly; before and after it a Chebyshev polynomial in D^-1 K smooths, D the 3x3 blocks of the
-diagonal (Adams, Brezina, Hu & Tuminaro 2003). Degrees of freedom that are held stay zero. Every sum is taken
-row by row in the order of the columns, so that results do not depend on the number of threads.
+factorised; before and after it a Chebyshev polynomial smooths (mechanics.smoother). Degrees of freedom that
+are held stay zero. Every sum is taken row by row in the order of the columns, so that results do not depend
+on the number of threads.
 """
 
 from dataclasses import dataclass
@@ -16,9 +16,8 @@ from mammosim.core.mesh import EDGES
 from mammosim.core.rng import generator
 from mammosim.mechanics.linear import SymmetricSolver
 from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows, upper_rows
+from mammosim.mechanics.smoother import Scaling, Smoother, row_times, scaled_residual, unscaled_correction
 
-# The smoother acts on eigenvalues of D^-1 K from top / SPAN to top; top is above the largest one by MARGIN.
-SPAN, MARGIN, DEGREE = 12.0, 1.15, 3
 FIRST_POWER_STEPS, POWER_STEPS = 15, 5
 
 
@@ -32,7 +31,7 @@ class IndefiniteTangent(Exception):
 
 @dataclass(frozen=True)
 class LinearLevel:
-    """The vertices of quadratic tetrahedra as a coarse level.
+    """The vertices of quadratic tetrahedra as a coarse level; fine nodes are numbered by the rows of K.
 
     parents (n_node, 2): the coarse numbers of a node's two vertices, twice the same for a vertex;
     child_start, children: fine nodes of each coarse node; held (n_coarse, 3) bool; pattern of P^T K P.
@@ -47,7 +46,7 @@ class LinearLevel:
 
     @classmethod
     def of(cls, pattern: Pattern, cells: np.ndarray, held: np.ndarray) -> "LinearLevel":
-        """The level below quadratic tetrahedra cells (n_cell, 10), held (n_node, 3) bool."""
+        """The level below quadratic tetrahedra cells (n_cell, 10), held (n_node, 3) bool, in rows of K."""
         vertices = np.unique(cells[:, :4])
         number = np.full(pattern.n_node, -1, dtype=np.int32)
         number[vertices] = np.arange(len(vertices))
@@ -63,7 +62,10 @@ class LinearLevel:
         children = P.T.tocsr()
         coarse = (children @ A @ P).tocsr()
         coarse.sort_indices()
-        coarse_pattern = Pattern(coarse.indptr.astype(np.int32), coarse.indices.astype(np.int32))
+        same = np.arange(len(vertices), dtype=np.int32)
+        coarse_pattern = Pattern(
+            coarse.indptr.astype(np.int32), coarse.indices.astype(np.int32), order=same, number=same
+        )
         children.sum_duplicates()
         coarse_held = held[vertices]
         return cls(
@@ -91,13 +93,22 @@ class LinearLevel:
 
 
 class VCycle:
-    """z = M^-1 r, symmetric and positive definite when K is. Vectors (n_node, 3) are zero where held."""
+    """z = M^-1 r, symmetric and positive definite when K is.
+
+    Vectors (n_node, 3) are in the order of the rows of K, and zero where held. The cycle computes in single
+    precision, which rounds M^-1, not the solution; times is K in double.
+    """
 
     def __init__(self, pattern: Pattern, cells: np.ndarray, held: np.ndarray) -> None:
-        self.level = LinearLevel.of(pattern, cells, held)
-        self.coarse = SymmetricSolver(self.level.rows.row_start, self.level.rows.columns)
-        self._free = (~held).astype(np.float64)
-        self._direction = generator("largest eigenvalue").standard_normal(held.shape) * self._free
+        held = held[pattern.order]
+        self.level = LinearLevel.of(pattern, pattern.number[cells], held)
+        rows = self.level.rows
+        self._single = SymmetricSolver(rows.row_start, rows.columns, single=True)
+        self._double = SymmetricSolver(rows.row_start, rows.columns)
+        self._coarse = self._single
+        self._free = ~held
+        self._smoother = Smoother(pattern)
+        self._direction = generator("largest eigenvalue").standard_normal(held.shape, dtype=np.float32)
         self._power_steps = FIRST_POWER_STEPS
 
     def prepare(self, K: Tangent, *, semidefinite: bool = False) -> None:
@@ -105,146 +116,74 @@ class VCycle:
 
         semidefinite: the matrix is known to have no negative eigenvalue but by rounding.
         """
-        self._K = (K.pattern.row_start, K.pattern.columns, K.blocks, self._free)
-        self._inverse = np.zeros((K.pattern.n_node, 3, 3))
-        bad = _inverse_diagonal(*self._K, self._inverse)
+        self._K = K
+        self._scaling, bad = Scaling.of(K, self._free)
         if bad and not semidefinite:
             raise IndefiniteTangent(1)
-        definite = self.coarse.factorise(self.level.restricted(K, self._free))
-        if not definite and not semidefinite:
-            raise IndefiniteTangent(self.coarse.negative_pivots)
-        self._top = MARGIN * self._largest_eigenvalue()
+        self._coarse, values = self._single, self.level.restricted(K, self._free)
+        if not self._single.factorise(values) and not semidefinite:
+            self._coarse = self._double  # rounding, or the truth
+            if not self._double.factorise(values):
+                raise IndefiniteTangent(self._double.negative_pivots)
+        self._smoother.prepare(K, self._scaling)
+        self._direction = self._smoother.bound(self._direction, self._power_steps)
+        self._power_steps = POWER_STEPS
+
+    @property
+    def factorisations(self) -> int:
+        """Of the coarse matrix."""
+        return self._single.factorisations + self._double.factorisations
+
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors of the coarse matrix."""
+        return max(self._single.memory_mb, self._double.memory_mb)
+
+    def release(self) -> None:
+        """Give PARDISO's memory back."""
+        self._single.release()
+        self._double.release()
 
     def times(self, x: np.ndarray) -> np.ndarray:
         """K x."""
-        return _times(*self._K, x)
+        pattern = self._K.pattern
+        return _times(pattern.row_start, pattern.columns, self._K.blocks, self._free, x)
+
+    @property
+    def least(self) -> float:
+        """Below all eigenvalues of M^-1 D: smoothing alone is Smoother.least, correction only adds to it."""
+        return self._smoother.least
+
+    def noise(self, stream: np.random.Generator) -> np.ndarray:
+        """Random forces D^1/2 g (n_node, 3), g standard normal."""
+        g = stream.standard_normal(self._free.shape)
+        return np.ascontiguousarray(np.einsum("icd,id->ic", self._scaling.L, g))
 
     def __call__(self, r: np.ndarray) -> np.ndarray:
         """One V-cycle from zero: smooth, correct on the linear elements, smooth."""
+        L, level = self._scaling.L, self.level
+        r = scaled_residual(self._scaling.inverse, r)
         z = np.zeros_like(r)
-        r = r.copy()
-        self._smooth(z, r, leave_residual=True)
-        coarse_r = _restrict(self.level.child_start, self.level.children, self.level.parents, r)
-        free = self.level.rows.free
+        self._smoother.smooth(z, r, leave_residual=True)
+        coarse_r = _restrict(level.child_start, level.children, level.parents, L, r)
         y = np.zeros_like(coarse_r)
-        y.reshape(-1)[free] = self.coarse.solve(coarse_r.reshape(-1)[free])
-        dz = _prolong(self.level.parents, y, self._free)
+        y.reshape(-1)[level.rows.free] = self._coarse.solve(coarse_r.reshape(-1)[level.rows.free])
+        dz = _prolong(level.parents, L, y)
         z += dz
-        r -= self.times(dz)
-        self._smooth(z, r, leave_residual=False)
-        return z
-
-    def _smooth(self, z: np.ndarray, r: np.ndarray, *, leave_residual: bool) -> None:
-        """z += q(D^-1 K) D^-1 r, q of Chebyshev; r becomes the residual of the new z if asked."""
-        top, low = self._top, self._top / SPAN
-        middle, half = (top + low) / 2, (top - low) / 2
-        sigma = middle / half
-        rho = 1 / sigma
-        p = np.zeros_like(r)
-        _scaled(self._inverse, r, 1 / middle, p)
-        for _ in range(DEGREE - 1):
-            following = 1 / (2 * sigma - rho)
-            p = _chebyshev(*self._K, self._inverse, p, r, z, following * rho, 2 * following / half)
-            rho = following
-        z += p
-        if leave_residual:
-            r -= self.times(p)
-
-    def _largest_eigenvalue(self) -> float:
-        """Of D^-1 K, by power steps from the last tangent's eigenvector."""
-        v, value = self._direction, 1.0
-        for _ in range(self._power_steps):
-            w = np.empty_like(v)
-            _scaled(self._inverse, self.times(v / np.sqrt(dot(v, v))), 1.0, w)
-            v, value = w, np.sqrt(dot(w, w))
-        self._direction, self._power_steps = v, POWER_STEPS
-        return float(value)
-
-
-def dot(a: np.ndarray, b: np.ndarray) -> float:
-    """a . b of (n, 3), the same to the last bit for any number of threads."""
-    return float(np.sum(_row_products(a, b)))
-
-
-@numba.njit(cache=True, parallel=True)
-def _row_products(a, b):  # type: ignore[no-untyped-def]
-    s = np.empty(a.shape[0])
-    for i in numba.prange(a.shape[0]):
-        s[i] = a[i, 0] * b[i, 0] + a[i, 1] * b[i, 1] + a[i, 2] * b[i, 2]
-    return s
-
-
-@numba.njit(cache=True, inline="always")
-def _row(i, row_start, columns, blocks, x):  # type: ignore[no-untyped-def]
-    """Row i of K x."""
-    s0, s1, s2 = 0.0, 0.0, 0.0
-    for p in range(row_start[i], row_start[i + 1]):
-        j = columns[p]
-        x0, x1, x2 = x[j, 0], x[j, 1], x[j, 2]
-        s0 += blocks[p, 0, 0] * x0 + blocks[p, 0, 1] * x1 + blocks[p, 0, 2] * x2
-        s1 += blocks[p, 1, 0] * x0 + blocks[p, 1, 1] * x1 + blocks[p, 1, 2] * x2
-        s2 += blocks[p, 2, 0] * x0 + blocks[p, 2, 1] * x1 + blocks[p, 2, 2] * x2
-    return s0, s1, s2
+        self._smoother.subtract_times(dz, r)
+        self._smoother.smooth(z, r, leave_residual=False)
+        return unscaled_correction(self._scaling.inverse, z)
 
 
 @numba.njit(cache=True, parallel=True)
 def _times(row_start, columns, blocks, free, x):  # type: ignore[no-untyped-def]
     y = np.empty_like(x)
     for i in numba.prange(x.shape[0]):
-        s0, s1, s2 = _row(i, row_start, columns, blocks, x)
+        s0, s1, s2 = row_times(i, row_start, columns, blocks, x)
         y[i, 0] = s0 * free[i, 0]
         y[i, 1] = s1 * free[i, 1]
         y[i, 2] = s2 * free[i, 2]
     return y
-
-
-@numba.njit(cache=True, parallel=True)
-def _scaled(inverse, r, factor, p):  # type: ignore[no-untyped-def]
-    """p = factor D^-1 r."""
-    for i in numba.prange(r.shape[0]):
-        for c in range(3):
-            D_r = inverse[i, c, 0] * r[i, 0] + inverse[i, c, 1] * r[i, 1] + inverse[i, c, 2] * r[i, 2]
-            p[i, c] = factor * D_r
-
-
-@numba.njit(cache=True, parallel=True)
-def _chebyshev(row_start, columns, blocks, free, inverse, p, r, z, a, b):  # type: ignore[no-untyped-def]
-    """z += p, r -= K p; returns a p + b D^-1 r."""
-    following = np.empty_like(p)
-    for i in numba.prange(p.shape[0]):
-        s0, s1, s2 = _row(i, row_start, columns, blocks, p)
-        r[i, 0] -= s0 * free[i, 0]
-        r[i, 1] -= s1 * free[i, 1]
-        r[i, 2] -= s2 * free[i, 2]
-        for c in range(3):
-            z[i, c] += p[i, c]
-            D_r = inverse[i, c, 0] * r[i, 0] + inverse[i, c, 1] * r[i, 1] + inverse[i, c, 2] * r[i, 2]
-            following[i, c] = a * p[i, c] + b * D_r
-    return following
-
-
-@numba.njit(cache=True)
-def _inverse_diagonal(row_start, columns, blocks, free, inverse):  # type: ignore[no-untyped-def]
-    """Inverse blocks of D, zero where held; returns how many are not positive definite."""
-    bad = 0
-    for i in range(free.shape[0]):
-        p = row_start[i] + np.searchsorted(columns[row_start[i] : row_start[i + 1]], i)
-        D = np.eye(3)
-        for c in range(3):
-            for d in range(3):
-                if free[i, c] * free[i, d] > 0:
-                    D[c, d] = blocks[p, c, d]
-        two = D[0, 0] * D[1, 1] - D[0, 1] * D[1, 0]
-        three = np.linalg.det(D)
-        if not (D[0, 0] > 0 and two > 0 and three > 0):
-            bad += 1
-        else:
-            D_inverse = np.linalg.inv(D)
-            for c in range(3):
-                for d in range(3):
-                    both = free[i, c] * free[i, d]
-                    inverse[i, c, d] = both * 0.5 * (D_inverse[c, d] + D_inverse[d, c])
-    return bad
 
 
 @numba.njit(cache=True, parallel=True)
@@ -269,23 +208,26 @@ def _galerkin(K, parents, child_start, children, row_start_c, columns_c, coarse)
 
 
 @numba.njit(cache=True, parallel=True)
-def _restrict(child_start, children, parents, r):  # type: ignore[no-untyped-def]
-    """P^T r."""
-    y = np.zeros((len(child_start) - 1, 3))
+def _restrict(child_start, children, parents, L, r):  # type: ignore[no-untyped-def]
+    """P^T L r."""
+    y = np.zeros((len(child_start) - 1, 3), dtype=np.float32)
     for a in numba.prange(y.shape[0]):
         for t in range(child_start[a], child_start[a + 1]):
             i = children[t]
             w = 1.0 if parents[i, 0] == parents[i, 1] else 0.5
             for c in range(3):
-                y[a, c] += w * r[i, c]
+                y[a, c] += w * (L[i, c, 0] * r[i, 0] + L[i, c, 1] * r[i, 1] + L[i, c, 2] * r[i, 2])
     return y
 
 
 @numba.njit(cache=True, parallel=True)
-def _prolong(parents, y, free):  # type: ignore[no-untyped-def]
-    """P y, zero where held."""
-    x = np.empty((parents.shape[0], 3))
+def _prolong(parents, L, y):  # type: ignore[no-untyped-def]
+    """L^T P y."""
+    x = np.empty((parents.shape[0], 3), dtype=np.float32)
     for i in numba.prange(x.shape[0]):
+        u0 = 0.5 * (y[parents[i, 0], 0] + y[parents[i, 1], 0])
+        u1 = 0.5 * (y[parents[i, 0], 1] + y[parents[i, 1], 1])
+        u2 = 0.5 * (y[parents[i, 0], 2] + y[parents[i, 1], 2])
         for c in range(3):
-            x[i, c] = 0.5 * (y[parents[i, 0], c] + y[parents[i, 1], c]) * free[i, c]
+            x[i, c] = L[i, 0, c] * u0 + L[i, 1, c] * u1 + L[i, 2, c] * u2
     return x

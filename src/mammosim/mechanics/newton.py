@@ -29,17 +29,32 @@ class Iteration(NamedTuple):
 
 
 class StepFailed(Exception):
-    """Newton did not converge at this load; internal to the package, caught by the load control."""
+    """Newton did not converge at this load; internal to the package, caught by the load control.
+
+    x (n_node, 3): the last shape; indefinite: whether its tangent had negative eigenvalues.
+    """
+
+    def __init__(self, message: str, x: np.ndarray, *, indefinite: bool = False) -> None:
+        super().__init__(message)
+        self.x = x
+        self.indefinite = indefinite
 
 
 @dataclass(frozen=True)
 class NewtonSettings:
-    """tolerance: of the free forces relative to the load; trusted: steps in which the energy may rise."""
+    """How one load step is solved.
+
+    tolerance: of the free forces relative to the load; trusted: steps in which the energy may rise;
+    stagnation: iterations without halving the residual after which it gives up; projection: whether it goes
+    on, with the positive semidefinite part, where the tangent is indefinite.
+    """
 
     tolerance: float = 1e-8
     max_iterations: int = 40
     trusted: int = 2
     smallest_step: float = 2.0**-10
+    stagnation: int = 12
+    projection: bool = True
 
 
 @dataclass(frozen=True)
@@ -90,7 +105,10 @@ class System:
 
 def is_stable(system: System, x: np.ndarray) -> bool:
     """Whether the exact tangent at x is positive definite."""
-    return system.solver.is_definite(system.potential.tangent(x, system.pattern))
+    K = system.potential.tangent(x, system.pattern)
+    definite = system.solver.is_definite(K)
+    K.give_back()
+    return definite
 
 
 @dataclass
@@ -104,20 +122,42 @@ class _Watchdog:
     patience: int = 0
 
 
+@dataclass
+class _Progress:
+    """The smallest residual of an iteration, and when it was last halved."""
+
+    smallest: float = np.inf
+    halved: int = 0
+
+    def stagnates(self, iteration: int, residual: float, patience: int) -> bool:
+        """Whether `patience` iterations have not halved the smallest residual."""
+        if residual <= self.smallest / 2:
+            self.smallest, self.halved = residual, iteration
+        return iteration - self.halved >= patience
+
+
 def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: list[Iteration]) -> np.ndarray:
     """x (n_node, 3) in equilibrium, found from a start x. Extends the history; raises StepFailed."""
     potential, tangent_of = system.potential, system.potential
     best: _Watchdog | None = None
-    last = np.inf
-    for _ in range(settings.max_iterations):
+    last, progress = 0.0, _Progress()
+    for iteration in range(settings.max_iterations):
         energy, residual = potential.energy(x), system.relative_residual(x)
         smallest_J = potential.smallest_J(x)
         if not np.isfinite(energy) or smallest_J <= 0:
-            raise StepFailed(f"the start has J = {smallest_J:.3f} at an integration point")
-        if _is_converged(system, x, residual, settings):
-            history.append(Iteration(potential.load_factor, residual, energy, smallest_J, 0, 0.0))
+            raise StepFailed(f"the start has J = {smallest_J:.3f} at an integration point", x)
+        row = Iteration(potential.load_factor, residual, energy, smallest_J, 0, 0.0)
+        if residual <= settings.tolerance:
+            history.append(row)
             return x
-        dx, slope, negative = _newton_step(system, tangent_of, x, _accuracy(residual, last, settings))
+        if progress.stagnates(iteration, residual, settings.stagnation):
+            raise StepFailed(f"the residual stagnates at {progress.smallest:.1e}", x)
+        accuracy = _accuracy(residual, last, settings)
+        try:
+            dx, slope, negative = _newton_step(system, tangent_of, x, settings, accuracy)
+        except IndefiniteTangent as found:
+            history.append(row._replace(negative_pivots=found.negative))
+            raise StepFailed("the tangent is indefinite", x, indefinite=True) from found
         last = residual
         if best is None or energy <= best.energy + 1e-4 * best.slope + _rounding(best.energy):
             best = _Watchdog(x, energy, dx, slope)
@@ -128,14 +168,10 @@ def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: l
             best = _Watchdog(x, energy, dx, slope, patience=settings.trusted)
         searching = best.patience >= settings.trusted and x is best.x
         length = _step_length(potential, x, dx, settings, slope if searching else None)
-        history.append(Iteration(potential.load_factor, residual, energy, smallest_J, negative, length))
+        history.append(row._replace(negative_pivots=negative, step_length=length))
         tangent_of = potential.predicted(x, length * dx)
         x = x + length * dx
-    raise StepFailed(f"{settings.max_iterations} iterations left a residual of {residual:.1e}")
-
-
-def _is_converged(system: System, x: np.ndarray, residual: float, settings: NewtonSettings) -> bool:
-    return residual <= settings.tolerance
+    raise StepFailed(f"{settings.max_iterations} iterations left a residual of {residual:.1e}", x)
 
 
 def _rounding(energy: float) -> float:
@@ -144,15 +180,23 @@ def _rounding(energy: float) -> float:
 
 
 def _newton_step(
-    system: System, tangent_of: Potential, x: np.ndarray, accuracy: float
+    system: System, tangent_of: Potential, x: np.ndarray, settings: NewtonSettings, accuracy: float
 ) -> tuple[np.ndarray, float, int]:
-    """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then projected."""
+    """dx (n_node, 3), the slope g . dx, and the negative pivots of the tangent, which is then projected.
+
+    Raises IndefiniteTangent when it may not be projected.
+    """
     g = system.free_gradient(x)
+    K = tangent_of.tangent(x, system.pattern)
     try:
-        step, negative = system.solver.solve(tangent_of.tangent(x, system.pattern), -g, accuracy), 0
+        step, negative = system.solver.solve(K, -g, accuracy), 0
     except IndefiniteTangent as found:
-        projected = tangent_of.tangent(x, system.pattern, projected=True)
-        step, negative = system.solver.solve_projected(projected, -g, accuracy), found.negative
+        if not settings.projection:
+            raise
+        K.give_back()
+        K = tangent_of.tangent(x, system.pattern, projected=True)
+        step, negative = system.solver.solve_projected(K, -g, accuracy), found.negative
+    K.give_back()
     if not np.all(np.isfinite(step)):
         raise MechanicsError("the tangent is singular: is part of the mesh not attached to the held nodes?")
     return system.spread(step), float(g @ step), negative
@@ -160,7 +204,7 @@ def _newton_step(
 
 def _accuracy(residual: float, last: float, settings: NewtonSettings) -> float:
     """Of the linear system, relative: what quadratic convergence can use (Eisenstat & Walker 1996)."""
-    useful = min(_COARSEST_ACCURACY, 0.5 * (residual / last) ** 2)
+    useful = min(_COARSEST_ACCURACY, 0.5 * (residual / last) ** 2 if last else 1.0)
     return max(useful, min(_COARSEST_ACCURACY, 0.3 * settings.tolerance / residual))
 
 
@@ -178,4 +222,4 @@ def _step_length(
         ):
             return length
         length /= 2
-    raise StepFailed(f"no step keeps J > 0 and lowers the energy; smallest J is {smallest * 10:.3f}")
+    raise StepFailed(f"no step keeps J > 0 and lowers the energy; smallest J is {smallest * 10:.3f}", x)

@@ -1,97 +1,32 @@
 """Linear systems of Newton's method: solved directly, or by conjugate gradients under a V-cycle."""
 
 import logging
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
 from mammosim.core.rng import generator
-from mammosim.mechanics.linear import SymmetricSolver
-from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle, dot
-from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows
+from mammosim.mechanics.direct import DirectSolver, TangentSolver
+from mammosim.mechanics.multigrid import IndefiniteTangent, VCycle
+from mammosim.mechanics.pattern import Constraint, Pattern, Tangent, UpperRows
+from mammosim.mechanics.saddle import SaddlePoint
+from mammosim.mechanics.smoother import dot
 
 log = logging.getLogger(__name__)
 
 # From this number of unknowns on, the V-cycle is faster in all cases (decisions/mechanics_multigrid.md).
 MULTIGRID_ABOVE = 15_000
-# Where conjugate gradients or Lanczos need more steps (nu = 0.4999), the matrix is factorised after all.
+# Where the linear solver or Lanczos needs more steps, the matrix is factorised after all.
 MAX_ITERATIONS = 200
 MAX_LANCZOS_STEPS = 300
+# With a constraint: at nu = 0.4999 steps of 1e-2 left volumes so wrong that Newton took 21 instead of 7.
+CONSTRAINED_ACCURACY = 1e-4
 # The probability of overlooking a negative eigenvalue; for the bound see MultigridSolver.is_definite.
 OVERLOOKED = 1e-6
-CONDITION = 1e8
 
 
 class _TooManySteps(Exception):
     """Conjugate gradients or Lanczos came to no end."""
-
-
-class TangentSolver(Protocol):
-    """Solves K x = b on the free degrees of freedom.
-
-    stability: how is_definite knows; factorisations and iterations, of conjugate gradients, so far.
-    """
-
-    iterations: int
-
-    @property
-    def stability(self) -> str:
-        """inertia or Lanczos."""
-
-    @property
-    def factorisations(self) -> int:
-        """How many so far."""
-
-    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """x (n_free,), |K x - b| <= tolerance |b|. Raises IndefiniteTangent when K is found not definite."""
-        ...
-
-    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """As solve, of a K that is positive semidefinite by construction, up to rounding."""
-        ...
-
-    def is_definite(self, K: Tangent) -> bool:
-        """Whether K is positive definite."""
-        ...
-
-    def release(self) -> None:
-        """Give back what memory is not Python's."""
-
-
-class DirectSolver:
-    """LDL^T of the whole matrix; the tolerance is not used. The inertia proves whether K is definite."""
-
-    stability = "inertia"
-
-    def __init__(self, rows: UpperRows) -> None:
-        self.iterations = 0
-        self._rows = rows
-        self._symmetric = SymmetricSolver(rows.row_start, rows.columns)
-
-    @property
-    def factorisations(self) -> int:
-        """Of the whole matrix."""
-        return self._symmetric.factorisations
-
-    def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """See TangentSolver."""
-        if not self.is_definite(K):
-            raise IndefiniteTangent(self._symmetric.negative_pivots)
-        return self._symmetric.solve(b)
-
-    def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
-        """See TangentSolver."""
-        self._symmetric.factorise(self._rows.values(K))
-        return self._symmetric.solve(b)
-
-    def is_definite(self, K: Tangent) -> bool:
-        """Whether no pivot is negative."""
-        return self._symmetric.factorise(self._rows.values(K))
-
-    def release(self) -> None:
-        """Give PARDISO's memory back."""
-        self._symmetric.release()
 
 
 class MultigridSolver:
@@ -106,7 +41,7 @@ class MultigridSolver:
     def __init__(self, pattern: Pattern, cells: np.ndarray, rows: UpperRows, held: np.ndarray) -> None:
         self._cycle = VCycle(pattern, cells, held)
         self._rows = rows
-        self._held = held
+        self._held, self._order = held[pattern.order], pattern.order
         self._direct: DirectSolver | None = None
         self.iterations = 0
 
@@ -118,7 +53,7 @@ class MultigridSolver:
     @property
     def factorisations(self) -> int:
         """Of the coarse matrix, and of the whole one."""
-        return self._cycle.coarse.factorisations + (self._direct.factorisations if self._direct else 0)
+        return self._cycle.factorisations + (self._direct.factorisations if self._direct else 0)
 
     def solve(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver."""
@@ -126,6 +61,8 @@ class MultigridSolver:
             return self._direct.solve(K, b, tolerance)
         try:
             self._cycle.prepare(K)
+            if K.constraint is not None:
+                return self._constrained(K.constraint, b, tolerance)
             return self._conjugate_gradients(b, tolerance)
         except _TooManySteps:
             return self._direct_from_now_on().solve(K, b, tolerance)
@@ -136,13 +73,27 @@ class MultigridSolver:
             return self._direct.solve_projected(K, b, tolerance)
         try:
             self._cycle.prepare(K, semidefinite=True)
+            if K.constraint is not None:
+                return self._constrained(K.constraint, b, tolerance)
             return self._conjugate_gradients(b, tolerance, semidefinite=True)
         except _TooManySteps:
             return self._direct_from_now_on().solve_projected(K, b, tolerance)
 
+    def _constrained(self, constraint: Constraint, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """By GMRES with pressures as unknowns; a step that does not descend proves K indefinite."""
+        system = SaddlePoint(self._cycle, constraint, self._order, self._held)
+        x, iterations = system.solve(self._spread(b), min(tolerance, CONSTRAINED_ACCURACY), MAX_ITERATIONS)
+        self.iterations += iterations
+        if x is None:
+            raise _TooManySteps
+        step = x.ravel()[self._rows.entries]
+        if not np.sum(step * b) > 0:
+            raise IndefiniteTangent(1)
+        return step
+
     def _direct_from_now_on(self) -> DirectSolver:
-        log.info("conjugate gradients need too many iterations: the matrix is factorised from now on")
-        self._cycle.coarse.release()
+        log.info("too many iterations are needed: the matrix is factorised from now on")
+        self._cycle.release()
         self._direct = DirectSolver(self._rows)
         return self._direct
 
@@ -155,7 +106,7 @@ class MultigridSolver:
         p, rz = np.zeros_like(r), np.inf
         for _ in range(MAX_ITERATIONS):
             if dot(r, r) <= enough:
-                return x.ravel()[self._rows.free]
+                return x.ravel()[self._rows.entries]
             p, rz = self._next_direction(r, p, rz)
             Kp = self._cycle.times(p)
             pKp = dot(p, Kp)
@@ -163,7 +114,7 @@ class MultigridSolver:
                 if not semidefinite:
                     raise IndefiniteTangent(1)
                 if x.any():
-                    return x.ravel()[self._rows.free]
+                    return x.ravel()[self._rows.entries]
                 break
             x += (rz / pKp) * p
             r -= (rz / pKp) * Kp
@@ -181,8 +132,10 @@ class MultigridSolver:
 
         The bound of Kuczynski & Wozniakowski (1992): after k steps the smallest Ritz value t of a spectrum
         below L is above the smallest eigenvalue by less than e L, except with a probability of
-        1.648 sqrt(n c) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED;
-        c = CONDITION bounds how unevenly M^-1/2 spreads the random vector.
+        1.648 sqrt(m) exp(-(2 k - 1) sqrt(e)). Steps are added until e = t / (L + t) makes that OVERLOOKED.
+        m is their number of unknowns where v = M^-1/2 r is equally long in all directions on average; with
+        r = D^1/2 g, g normal, no direction has less than the share M^-1 D > least of |v|^2 = r . M^-1 r, so
+        that m = r . M^-1 r / least.
         """
         if self._direct is not None:
             return self._direct.is_definite(K)
@@ -191,25 +144,28 @@ class MultigridSolver:
             t, steps = self._smallest_ritz_value()
             log.debug("Lanczos: smallest eigenvalue of M^-1 K about %.3g after %d steps", t, steps)
         except IndefiniteTangent:
-            return False
+            # With a constraint the whole matrix may yet be definite: its factors tell.
+            return K.constraint is not None and self._direct_from_now_on().is_definite(K)
         except _TooManySteps:
             return self._direct_from_now_on().is_definite(K)
         return True
 
     def _smallest_ritz_value(self) -> tuple[float, int]:
         """t of is_definite, and how many steps it took."""
-        r = self._spread(generator("stability").standard_normal(len(self._rows.free)))
+        r = self._cycle.noise(generator("stability"))
         p, rz, last_rz = np.zeros_like(r), np.inf, np.inf
         diagonal: list[float] = []
         beside: list[float] = []
         steepness = 0.0  # p . K p / r . z
-        odds = np.log(1.648 * np.sqrt(len(self._rows.free) * CONDITION) / OVERLOOKED)
+        odds = np.inf
         for k in range(1, MAX_LANCZOS_STEPS + 1):
             p, rz = self._next_direction(r, p, last_rz)
             Kp = self._cycle.times(p)
             pKp = dot(p, Kp)
             if not (pKp > 0 and rz > 0):
                 raise IndefiniteTangent(1)
+            if k == 1:
+                odds = np.log(1.648 * np.sqrt(rz / self._cycle.least) / OVERLOOKED)
             ratio = rz / last_rz  # 0 in the first step
             diagonal.append(pKp / rz + ratio * steepness)
             if k > 1:
@@ -223,14 +179,25 @@ class MultigridSolver:
         raise _TooManySteps
 
     def _spread(self, b: np.ndarray) -> np.ndarray:
-        """b (n_free,) as (n_node, 3), zero where held."""
+        """b (n_free,) as (n_node, 3) in the order of the rows of K, zero where held."""
         r = np.zeros(self._held.size)
-        r[self._rows.free] = b
+        r[self._rows.entries] = b
         return r.reshape(self._held.shape)
+
+    def preconditioned(self, r: np.ndarray) -> np.ndarray:
+        """See TangentSolver."""
+        if self._direct is not None:
+            return self._direct.preconditioned(r)
+        return self._cycle(self._spread(r)).ravel()[self._rows.entries]
+
+    @property
+    def memory_mb(self) -> float:
+        """Of the factors of the coarse matrix, and of the whole one."""
+        return self._cycle.memory_mb + (self._direct.memory_mb if self._direct else 0.0)
 
     def release(self) -> None:
         """Give PARDISO's memory back."""
-        self._cycle.coarse.release()
+        self._cycle.release()
         if self._direct is not None:
             self._direct.release()
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.elastic import carried
 from mammosim.mechanics.equilibrium import Equilibrium
 from mammosim.mechanics.reference import smallest_jacobians
@@ -76,6 +77,7 @@ def reverse_gravity(measured: TetMesh, load: Load, *, gravity: np.ndarray) -> Un
     return Unloaded(load(measured, -np.asarray(gravity), None).points)
 
 
+@shared_analysis()
 def fixed_point(
     measured: TetMesh,
     load: Load,

@@ -82,11 +82,10 @@ def greenhill(*, youngs_modulus_kpa: float, density_g_cm3: float, height_mm: flo
     return GREENHILL * youngs_modulus_kpa * side_mm**2 / (12 * rho_g * height_mm**3)
 
 
-def rigid_slip(*, density_g_cm3: float, radius_mm: float, kappa_kpa_mm: float, degrees: float) -> float:
-    """slip_mm of half a ball, rho g V sin(tilt) / (kappa A), V / A = 2/3 R: the balance of forces alone."""
-    return (
-        KPA_PER_MM_PER_G_CM3 * density_g_cm3 * 2 / 3 * radius_mm * np.sin(np.radians(degrees)) / kappa_kpa_mm
-    )
+def rigid_slip(*, density_g_cm3: float, thickness_mm: float, kappa_kpa_mm: float, degrees: float) -> float:
+    """slip_mm by the balance of forces alone, rho g V sin(tilt) / (kappa A); thickness V / A."""
+    pressure = KPA_PER_MM_PER_G_CM3 * density_g_cm3 * thickness_mm
+    return pressure * np.sin(np.radians(degrees)) / kappa_kpa_mm
 
 
 def laminate(*, stretch: float, layers: list[Mapping[str, float]]) -> float:

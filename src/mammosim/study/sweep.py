@@ -9,6 +9,7 @@ from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
+from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Skin, load
 from mammosim.mechanics.reference import smallest_jacobians
 from mammosim.study.points import MaterialPoints
@@ -44,6 +45,7 @@ def one_law(
     return {**dict.fromkeys(soft, breast), Label.MUSCLE: muscle}
 
 
+@shared_analysis()
 def repose(
     measured: TetMesh,
     tissues: Mapping[Label, Tissue],

@@ -17,6 +17,7 @@ from mammosim.figures import (
     compression,
     cost,
     deformation,
+    hard_cases,
     literature,
     radiograph,
     surfaces,
@@ -52,6 +53,15 @@ def sweep_table() -> pd.DataFrame:
     ]  # fmt: skip
     rows[0] |= {"nipple_left_mm": np.nan, "max_displacement_mm": np.nan, "outcome": "refused"}
     return pd.DataFrame(rows)
+
+
+def hard_case_table() -> pd.DataFrame:
+    return pd.DataFrame({
+        "case": ["soft", "lost", "inverted", "wrong"], "family": ["soft", "soft", "bad input", "bad input"],
+        "outcome": ["converged", "refused beyond load factor 0.5: -", "refused: -", "crashed: ValueError"],
+        "ok": [True, True, True, False], "error": [0.002, 0.01, np.nan, np.nan],
+        "within": [0.01, 0.05, np.nan, 0.01], "seconds": [3.0, 9.0, 0.1, 0.2],
+    })  # fmt: skip
 
 
 def shot() -> dict[str, Any]:
@@ -113,6 +123,7 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "cost": lambda t: cost.time_and_memory(
         pd.DataFrame({"rule": ["sweep", "sweep", "segment"], "s": [9.0, 8, 30], "max_rss": [900.0, 800, 700]})
     ),
+    "hard cases": lambda t: hard_cases.hard_cases(hard_case_table()),
 }  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from mammosim.mechanics.effects import (
     Buoyancy,
     EllipticCylinder,
     Fibres,
+    MixedNeoHookean,
     NeoHookean,
     RigidPlate,
     RoundedBox,
@@ -34,10 +35,11 @@ from mammosim.mechanics.effects import (
 from mammosim.mechanics.reference import face_quadrature
 
 TISSUES = {Label.ADIPOSE: Tissue(1.0, 0.45, 0.95)}
+NEARLY_INCOMPRESSIBLE = {Label.ADIPOSE: Tissue(1.0, 0.4999, 0.95)}
 TURN = rotation(np.array([30.0, -70.0, 110.0]))
 # Effects of what surrounds the body: they hold it, or weigh on it, in one place and direction.
 SURROUNDINGS = ("weight", "part of the weight", "water", "plate", "chest wall", "sliding")
-ELASTIC = ("bulk", "skin", "fascia", "fibres", "stiffening fibres", "springs")
+ELASTIC = ("bulk", "nearly incompressible bulk", "skin", "fascia", "fibres", "stiffening fibres", "springs")
 NAMES = ELASTIC + SURROUNDINGS
 
 
@@ -60,6 +62,7 @@ def effect(name, R=None):
     paddle = RoundedBox(R @ [4.0, 5.0, 12.0], box_axes, np.array([4.0, 3.0, 4.0]), 2.0)
     made = {
         "bulk": lambda: NeoHookean.of(mesh, TISSUES),
+        "nearly incompressible bulk": lambda: MixedNeoHookean.of(mesh, NEARLY_INCOMPRESSIBLE),
         "skin": lambda: Skin(10.0, 0.45, 1.5).membrane(mesh),
         "fascia": lambda: Fascia(120.0, 0.45, 0.1, boundary="skin").membrane(mesh),
         "fibres": lambda: Fibres.of(mesh, directions, stiffness_kpa=2.0),

@@ -5,17 +5,8 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError, EquilibriumError, MechanicsError, MeshError
-from mammosim.study.hard_cases import (
-    Converges,
-    HardCase,
-    Outcome,
-    Refused,
-    attempt,
-    judged,
-    not_as_expected,
-    numbers,
-    row,
-)
+from mammosim.study.hard_cases import HardCase, attempt, not_as_expected, numbers, row
+from mammosim.study.hard_cases_judgement import Converges, Outcome, Refused, judged
 
 ANSWER = Converges(within=0.01, because="-", quantity="apex_mm", reference={"hemisphere": {"case": "x"}})
 REFUSAL = Refused("MechanicsError", ("3 cells", "inverted"))
@@ -25,9 +16,9 @@ BRICK = {"shape": "brick", "counts": [1, 1, 2], "size_mm": [10.0, 10.0, 20.0]}
 
 
 def lost(**facts):
-    error = EquilibriumError("its stability is lost", load_factor=facts.pop("load_factor", 0.5))
-    for name, value in facts.items():
-        setattr(error, name, value)
+    words = f"stability is lost. To keep it, {facts.pop('advice', 'add skin')}"
+    error = EquilibriumError(words, load_factor=facts.pop("load_factor", 0.5))
+    error.mode = facts.pop("mode", None)
     return error
 
 
@@ -74,9 +65,11 @@ def test_a_refusal_by_another_part_of_the_program_is_not_ok():
 
 def test_a_loss_of_stability_needs_load_factor_mode_and_advice():
     mode = np.zeros((2, 3))
-    assert judged(DIAGNOSIS, refused(lost(mode=mode, advice="add skin")))[0]
-    assert not judged(DIAGNOSIS, refused(lost(advice="add skin", mode=None)))[0]
-    assert not judged(DIAGNOSIS, refused(lost(mode=mode, advice="add skin", load_factor=0.0)))[0]
+    assert judged(DIAGNOSIS, refused(lost(mode=mode)))[0]
+    for lacking in ({"mode": None}, {"mode": mode, "load_factor": 1.0}, {"mode": mode, "advice": "think"}):
+        ok, why = judged(DIAGNOSIS, refused(lost(**lacking)))
+        assert not ok
+        assert why.startswith("the diagnosis lacks")
 
 
 def test_a_load_factor_must_be_that_of_its_reference():
@@ -88,7 +81,7 @@ def test_a_load_factor_must_be_that_of_its_reference():
 
 def test_or_diagnosed_accepts_a_diagnosis_but_no_other_refusal():
     either = Converges(within=0.01, because="-", same_as={"turned": {}}, or_diagnosed=True)
-    assert judged(either, refused(lost(mode=np.zeros((2, 3)), advice="add skin")))[0]
+    assert judged(either, refused(lost(mode=np.zeros((2, 3)))))[0]
     assert not judged(either, refused(EquilibriumError("40 iterations", load_factor=0.5)))[0]
     assert not judged(either, refused(MechanicsError("3 cells are inverted")))[0]
 

@@ -5,6 +5,7 @@ from mammosim.mechanics.effects.buoyancy import Buoyancy
 from mammosim.mechanics.effects.chest_wall import EllipticCylinder, chest_wall_contact
 from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
 from mammosim.mechanics.effects.fibres import Fibres
+from mammosim.mechanics.effects.mixed import MixedNeoHookean, bulk_tissue
 from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
@@ -18,6 +19,7 @@ __all__ = [
     "Effect",
     "EllipticCylinder",
     "Fibres",
+    "MixedNeoHookean",
     "NeoHookean",
     "Obstacle",
     "RigidContact",
@@ -28,5 +30,6 @@ __all__ = [
     "Sliding",
     "Springs",
     "Weight",
+    "bulk_tissue",
     "chest_wall_contact",
 ]

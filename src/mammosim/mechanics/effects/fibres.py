@@ -18,6 +18,7 @@ import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
+from mammosim.mechanics.effects.pointwise import spread
 from mammosim.mechanics.effects.protocol import WithoutVolume
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
 from mammosim.mechanics.reference import cell_quadrature
@@ -124,19 +125,17 @@ def _gradients(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True, parallel=True)
 def _tangents(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
     n_cell, n_q = dV.shape
-    Ke = np.zeros((n_cell, 10, 10, 3, 3))
+    Ke = np.empty((n_cell, 10, 10, 3, 3))
     for c in numba.prange(n_cell):
-        f = np.empty(3)
+        f, M = np.empty(3), np.zeros((n_q, 3, 3))
         for q in range(n_q):
             e = _stretched(x, cells[c], slopes[c, q], f)
             if e > 0:
                 growth = np.exp(k2 * e * e)
                 W1, W2 = k1 * e * growth, k1 * (1 + 2 * k2 * e * e) * growth
-                for a in range(10):
-                    for b in range(10):
-                        w = dV[c, q] * (slopes[c, q, a] * slopes[c, q, b])
-                        for i in range(3):
-                            for j in range(3):
-                                Ke[c, a, b, i, j] += w * (4 * W2 * (f[i] * f[j]))
-                            Ke[c, a, b, i, i] += w * (2 * W1)
+                for i in range(3):
+                    for j in range(i, 3):
+                        M[q, i, j] = dV[c, q] * 4 * W2 * f[i] * f[j]
+                    M[q, i, i] += dV[c, q] * 2 * W1
+        spread(slopes[c], M, Ke[c])
     return Ke

@@ -98,7 +98,8 @@ def _normals(x, centre, R, inner):  # type: ignore[no-untyped-def]
         y, q, n = np.empty(3), np.empty(3), np.empty(3)
         length, axis = _overlap(x[t], centre, R, inner, y, q)
         _normal(y, q, n, length, axis)
-        normals[t] = R @ n
+        for i in range(3):
+            normals[t, i] = R[i, 0] * n[0] + R[i, 1] * n[1] + R[i, 2] * n[2]
     return normals
 
 
@@ -106,14 +107,17 @@ def _normals(x, centre, R, inner):  # type: ignore[no-untyped-def]
 def _hessians(x, centre, R, inner):  # type: ignore[no-untyped-def]
     hessians = np.zeros((len(x), 3, 3))
     for t in numba.prange(len(x)):
-        y, q, n, H = np.empty(3), np.empty(3), np.empty(3), np.zeros((3, 3))
+        y, q, n = np.empty(3), np.empty(3), np.empty(3)
         length, axis = _overlap(x[t], centre, R, inner, y, q)
         if length > 0:
             _normal(y, q, n, length, axis)
-            for i in range(3):
-                for j in range(3):
-                    H[i, j] = -n[i] * n[j] / length
-                if q[i] > 0:
-                    H[i, i] += 1 / length
-            hessians[t] = R @ H @ R.T
+            for k in range(3):
+                for l in range(3):
+                    # H of the box's own axes k, l
+                    h = -n[k] * n[l] / length
+                    if k == l and q[k] > 0:
+                        h += 1 / length
+                    for i in range(3):
+                        for j in range(3):
+                            hessians[t, i, j] += h * (R[i, k] * R[j, l])
     return hessians

@@ -18,8 +18,11 @@ def gathered_forces(t: np.ndarray, N: np.ndarray) -> np.ndarray:
 
 
 def gathered_stiffness(M: np.ndarray, N: np.ndarray) -> np.ndarray:
-    """K (n_element, m, m, 3, 3) of stiffnesses M (n_element, n_q, 3, 3); symmetric to the last bit."""
-    return _gathered_stiffness(M + np.swapaxes(M, 2, 3), N)
+    """K (n_element, m, m, 3, 3) of symmetric stiffnesses M (n_element, n_q, 3, 3), symmetric to the last bit.
+
+    Of M only the upper triangles are read.
+    """
+    return _gathered_stiffness(M, N)
 
 
 @numba.njit(cache=True, parallel=True)
@@ -46,19 +49,37 @@ def _gathered_forces(t, N):  # type: ignore[no-untyped-def]
     return ge
 
 
+@numba.njit(cache=True, inline="always")
+def spread(w, M, K):  # type: ignore[no-untyped-def]
+    """K_ab = sum_q w_qa w_qb M_q with symmetric M_q (3 x 3): each block is symmetric, and K_ba = K_ab."""
+    n_q, m = w.shape
+    for a in range(m):
+        for b in range(a, m):
+            k00, k01, k02, k11, k12, k22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for q in range(n_q):
+                ww = w[q, a] * w[q, b]
+                k00 += ww * M[q, 0, 0]
+                k01 += ww * M[q, 0, 1]
+                k02 += ww * M[q, 0, 2]
+                k11 += ww * M[q, 1, 1]
+                k12 += ww * M[q, 1, 2]
+                k22 += ww * M[q, 2, 2]
+            for c, d in ((a, b), (b, a)):
+                K[c, d, 0, 0] = k00
+                K[c, d, 1, 1] = k11
+                K[c, d, 2, 2] = k22
+                K[c, d, 0, 1] = K[c, d, 1, 0] = k01
+                K[c, d, 0, 2] = K[c, d, 2, 0] = k02
+                K[c, d, 1, 2] = K[c, d, 2, 1] = k12
+
+
 @numba.njit(cache=True, parallel=True)
-def _gathered_stiffness(twice_M, N):  # type: ignore[no-untyped-def]
-    n_element, n_q = twice_M.shape[:2]
-    m = N.shape[1]
-    Ke = np.zeros((n_element, m, m, 3, 3))
+def _gathered_stiffness(M, N):  # type: ignore[no-untyped-def]
+    n_element, m = len(M), N.shape[1]
+    Ke = np.empty((n_element, m, m, 3, 3))
     for e in numba.prange(n_element):
-        for q in range(n_q):
-            M = twice_M[e, q] / 2
-            if np.any(M):
-                for a in range(m):
-                    for b in range(m):
-                        NN = N[q, a] * N[q, b]
-                        for i in range(3):
-                            for j in range(3):
-                                Ke[e, a, b, i, j] += NN * M[i, j]
+        if np.any(M[e]):
+            spread(N, M[e], Ke[e])
+        else:
+            Ke[e] = 0.0
     return Ke

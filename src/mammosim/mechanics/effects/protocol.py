@@ -80,4 +80,6 @@ class Scaled(WithoutVolume):
         if len(self.connectivity):
             part = Tangent.zero(K.pattern)
             self.effect.add_tangent(x, part, projected=projected)
-            K.blocks[:] += self.factor * part.blocks
+            part.blocks *= self.factor
+            K.blocks += part.blocks
+            part.give_back()

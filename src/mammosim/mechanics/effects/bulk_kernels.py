@@ -1,0 +1,255 @@
+"""The bulk law at the integration points of quadratic tetrahedra, compiled; formulas in effects.bulk.
+
+x (n_node, 3); cells (n_cell, 10); dN (n_cell, n_q, 10, 3) 1/mm; dV (n_cell, n_q) mm3; mu, k (n_cell,) kPa;
+p (n_cell, n_q) kPa. Parallel over the cells, each of which is summed by one thread.
+"""
+
+import numba
+import numpy as np
+
+
+@numba.njit(cache=True, inline="always")
+def _deformation(x, nodes, dN, F):  # type: ignore[no-untyped-def]
+    """F = sum_a x_a (x) dN_a/dX."""
+    for i in range(3):
+        for j in range(3):
+            s = 0.0
+            for a in range(10):
+                s += x[nodes[a], i] * dN[a, j]
+            F[i, j] = s
+
+
+@numba.njit(cache=True, inline="always")
+def _cofactor(F, C):  # type: ignore[no-untyped-def]
+    """C = cof F; returns J."""
+    for i in range(3):
+        m, n = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            k, l = (j + 1) % 3, (j + 2) % 3
+            C[i, j] = F[m, k] * F[n, l] - F[m, l] * F[n, k]
+    return F[0, 0] * C[0, 0] + F[0, 1] * C[0, 1] + F[0, 2] * C[0, 2]
+
+
+@numba.njit(cache=True, parallel=True)
+def volume_ratios(x, cells, dN):  # type: ignore[no-untyped-def]
+    """J (n_cell, n_q)."""
+    n_cell, n_q = dN.shape[:2]
+    J = np.empty((n_cell, n_q))
+    for e in numba.prange(n_cell):
+        F, C = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            J[e, q] = _cofactor(F, C)
+    return J
+
+
+@numba.njit(cache=True, parallel=True)
+def volume_gradients(x, cells, dN, dV, N):  # type: ignore[no-untyped-def]
+    """B_va = integral of N_v C dN_a/dX (n_cell, 4, 10, 3) mm2, N (n_q, 4) at the points."""
+    n_cell, n_q = dV.shape
+    Be = np.zeros((n_cell, N.shape[1], 10, 3))
+    for e in numba.prange(n_cell):
+        F, C = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            _cofactor(F, C)
+            for a in range(10):
+                for i in range(3):
+                    c = 0.0
+                    for j in range(3):
+                        c += C[i, j] * dN[e, q, a, j]
+                    for v in range(N.shape[1]):
+                        Be[e, v, a, i] += dV[e, q] * N[q, v] * c
+    return Be
+
+
+@numba.njit(cache=True, parallel=True)
+def predicted_changes(x, dx, cells, dN):  # type: ignore[no-untyped-def]
+    """J - 1 + C : grad dx (n_cell, n_q)."""
+    n_cell, n_q = dN.shape[:2]
+    change = np.empty((n_cell, n_q))
+    for e in numba.prange(n_cell):
+        F, C, dF = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            _deformation(dx, cells[e], dN[e, q], dF)
+            change[e, q] = _cofactor(F, C) - 1 + np.sum(C * dF)
+    return change
+
+
+@numba.njit(cache=True, parallel=True)
+def energies(x, cells, dN, dV, mu, k):  # type: ignore[no-untyped-def]
+    """The integral of W (n_cell,) uJ, infinite where J <= 0 at a point."""
+    n_cell, n_q = dV.shape
+    E = np.zeros(n_cell)
+    for e in numba.prange(n_cell):
+        F, C = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            J = _cofactor(F, C)
+            if J <= 0:
+                E[e] = np.inf
+            else:
+                I1bar = J ** (-2 / 3) * np.sum(F * F)
+                W = mu[e] / 2 * (I1bar - 3) + k[e] / 2 * (J - 1) ** 2
+                E[e] += dV[e, q] * W
+    return E
+
+
+@numba.njit(cache=True, parallel=True)
+def gradients(x, cells, dN, dV, mu, p):  # type: ignore[no-untyped-def]
+    """The integral of P dN_a/dX (n_cell, 10, 3) mN under the pressures p (n_cell, n_q) kPa."""
+    n_cell, n_q = dV.shape
+    ge = np.zeros((n_cell, 10, 3))
+    for e in numba.prange(n_cell):
+        F, C = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            J = _cofactor(F, C)
+            m = mu[e] * J ** (-2 / 3)
+            s = p[e, q] - m / (3 * J) * np.sum(F * F)
+            for a in range(10):
+                for i in range(3):
+                    P_dN = 0.0
+                    for j in range(3):
+                        P_dN += (m * F[i, j] + s * C[i, j]) * dN[e, q, a, j]
+                    ge[e, a, i] += dV[e, q] * P_dN
+    return ge
+
+
+@numba.njit(cache=True, parallel=True)
+def tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-def]
+    """The integral of dN_a/dX . d2W/dF2 . dN_b/dX (n_cell, 10, 10, 3, 3) mN/mm, dp = k dJ."""
+    n_cell, n_q = dV.shape
+    Ke = np.zeros((n_cell, 10, 10, 3, 3))
+    for e in numba.prange(n_cell):
+        F, C = np.empty((3, 3)), np.empty((3, 3))
+        f, c = np.empty((10, 3)), np.empty((10, 3))
+        for q in range(n_q):
+            g, w = dN[e, q], dV[e, q]
+            _deformation(x, cells[e], g, F)
+            J = _cofactor(F, C)
+            I1 = np.sum(F * F)
+            m = w * mu[e] * J ** (-2 / 3)
+            h = -2 / 3 * m / J
+            r = 5 / 9 * m / (J * J) * I1 + w * k[e]
+            s = w * p[e, q] - m / (3 * J) * I1
+            for a in range(10):
+                for i in range(3):
+                    f[a, i] = F[i, 0] * g[a, 0] + F[i, 1] * g[a, 1] + F[i, 2] * g[a, 2]
+                    c[a, i] = C[i, 0] * g[a, 0] + C[i, 1] * g[a, 1] + C[i, 2] * g[a, 2]
+            for a in range(10):
+                for b in range(a, 10):
+                    gg = m * (g[a, 0] * g[b, 0] + g[a, 1] * g[b, 1] + g[a, 2] * g[b, 2])
+                    # dC: its block is eps_ijk v_k with v = s F (dN_a x dN_b).
+                    y0 = s * (g[a, 1] * g[b, 2] - g[a, 2] * g[b, 1])
+                    y1 = s * (g[a, 2] * g[b, 0] - g[a, 0] * g[b, 2])
+                    y2 = s * (g[a, 0] * g[b, 1] - g[a, 1] * g[b, 0])
+                    v0 = F[0, 0] * y0 + F[0, 1] * y1 + F[0, 2] * y2
+                    v1 = F[1, 0] * y0 + F[1, 1] * y1 + F[1, 2] * y2
+                    v2 = F[2, 0] * y0 + F[2, 1] * y1 + F[2, 2] * y2
+                    for i in range(3):
+                        hc = h * c[a, i]
+                        hf = h * f[a, i] + r * c[a, i]
+                        for j in range(3):
+                            Ke[e, a, b, i, j] += hf * c[b, j] + hc * f[b, j]
+                        Ke[e, a, b, i, i] += gg
+                    Ke[e, a, b, 0, 1] += v2
+                    Ke[e, a, b, 1, 0] -= v2
+                    Ke[e, a, b, 1, 2] += v0
+                    Ke[e, a, b, 2, 1] -= v0
+                    Ke[e, a, b, 2, 0] += v1
+                    Ke[e, a, b, 0, 2] -= v1
+        _mirror(Ke[e])
+    return Ke
+
+
+@numba.njit(cache=True, inline="always")
+def _mirror(K):  # type: ignore[no-untyped-def]
+    """Make element tangents symmetric to the last bit: only the upper half was summed."""
+    for a in range(K.shape[0]):
+        for i in range(3):
+            for j in range(i):
+                K[a, a, i, j] = K[a, a, j, i]
+        for b in range(a):
+            for i in range(3):
+                for j in range(3):
+                    K[a, b, i, j] = K[b, a, j, i]
+
+
+@numba.njit(cache=True, parallel=True)
+def indefinite_cells(x, cells, dN, mu, k, p):  # type: ignore[no-untyped-def]
+    """(n_cell,) whether d2W/dF2 (9 x 9) has a negative eigenvalue at a point, as a pivot of L D L^T."""
+    n_cell, n_q = p.shape
+    found = np.zeros(n_cell, dtype=np.bool_)
+    for e in numba.prange(n_cell):
+        F, C, A = np.empty((3, 3)), np.empty((3, 3)), np.empty((9, 9))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            _second_derivative(F, C, A, mu[e], k[e], p[e, q])
+            for c in range(9):
+                if A[c, c] <= 0:
+                    found[e] = True
+                    break
+                for i in range(c + 1, 9):
+                    factor = A[i, c] / A[c, c]
+                    for j in range(c + 1, 9):
+                        A[i, j] -= factor * A[c, j]
+    return found
+
+
+@numba.njit(cache=True, parallel=True)
+def projected_tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-def]
+    """As tangents, with the negative eigenvalues of d2W/dF2 (9 x 9) set to zero at each point."""
+    n_cell, n_q = dV.shape
+    Ke = np.zeros((n_cell, 10, 10, 3, 3))
+    for e in numba.prange(n_cell):
+        F, C, A = np.empty((3, 3)), np.empty((3, 3)), np.empty((9, 9))
+        B = np.zeros((9, 30))
+        for q in range(n_q):
+            _deformation(x, cells[e], dN[e, q], F)
+            _second_derivative(F, C, A, mu[e], k[e], p[e, q])
+            values, vectors = np.linalg.eigh(A)
+            for a in range(10):
+                for i in range(3):
+                    for j in range(3):
+                        B[3 * i + j, 3 * a + i] = dN[e, q, a, j]
+            root = np.sqrt(dV[e, q] * np.maximum(values, 0.0)).reshape(9, 1) * (vectors.T @ B)
+            block = root.T @ root
+            for a in range(10):
+                for b in range(10):
+                    for i in range(3):
+                        for j in range(3):
+                            Ke[e, a, b, i, j] += block[3 * a + i, 3 * b + j]
+        _mirror(Ke[e])
+    return Ke
+
+
+@numba.njit(cache=True, inline="always")
+def _second_derivative(F, C, A, mu, k, p):  # type: ignore[no-untyped-def]
+    """A = d2W/dF2 = m 1 + h (F (x) C + C (x) F) + r C (x) C + s d2J/dF2; C becomes cof F."""
+    J = _cofactor(F, C)
+    I1 = np.sum(F * F)
+    m = mu * J ** (-2 / 3)
+    h, r = -2 / 3 * m / J, 5 / 9 * m / (J * J) * I1 + k
+    for i in range(9):
+        Fi, Ci = F[i // 3, i % 3], C[i // 3, i % 3]
+        for j in range(9):
+            Fj, Cj = F[j // 3, j % 3], C[j // 3, j % 3]
+            A[i, j] = h * (Fi * Cj + Ci * Fj) + r * Ci * Cj
+        A[i, i] += m
+    _add_cofactor_part(F, A, p - m / (3 * J) * I1)
+
+
+@numba.njit(cache=True, inline="always")
+def _add_cofactor_part(F, A, s):  # type: ignore[no-untyped-def]
+    """A += s d2J/dF2, d2J/dF_iA dF_jB = eps_ijk eps_ABC F_kC."""
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        for c in range(3):
+            a, b = (c + 1) % 3, (c + 2) % 3
+            v = s * F[k, c]
+            A[3 * i + a, 3 * j + b] += v
+            A[3 * j + b, 3 * i + a] += v
+            A[3 * i + b, 3 * j + a] -= v
+            A[3 * j + a, 3 * i + b] -= v
