@@ -15,6 +15,7 @@ import pandas as pd
 from mammosim.io.mesh_arrays import read_mesh_arrays
 from mammosim.io.tables import write_table
 from mammosim.study.peers import Case, result
+from mammosim.study.peers_summary import OURS
 
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 MEASURED = ("load_steps", "newton_iterations", "cpu_s", "memory_mb", "memory_before_mb")
@@ -27,7 +28,9 @@ def main(files: dict, job: dict, values: dict, program: dict, out: str) -> None:
     else:
         found = solved(files, case.facts() | program["settings"], program)
     facts = {name: found.get(name, np.nan) for name in MEASURED}
-    row = job | result(case, mesh, found) | facts | {"outcome": found["outcome"]}
+    ours = job["program"] == OURS
+    about = result(case, mesh, found, displacements_only=not ours)
+    row = job | about | facts | {"outcome": found["outcome"]}
     write_table(pd.DataFrame([row]), out)
 
 

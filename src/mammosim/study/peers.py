@@ -10,12 +10,14 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissue
 from mammosim.core.units import KPA_PER_MM_PER_G_CM3
+from mammosim.io.tabulated import tabulated
 from mammosim.mechanics.body import Skin, body_effects
-from mammosim.mechanics.effects import Weight
+from mammosim.mechanics.effects import NeoHookean, Weight
 from mammosim.mechanics.potential import Potential
 from mammosim.meshing.layers import with_layer
 from mammosim.meshing.shapes import ball_part
 
+DISPLACEMENTS, WITH_PRESSURE = "displacements", "continuous pressure"
 RADIUS_MM, DENSITY_G_CM3 = 60.0, 1.0
 AWAY_FROM_THE_HELD_FACE = np.array([0.0, 0.0, 1.0])
 
@@ -24,6 +26,8 @@ AWAY_FROM_THE_HELD_FACE = np.array([0.0, 0.0, 1.0])
 class Case:
     """One material: E [kPa], nu [-]; skin as a layer of solid elements, as a membrane, or none.
 
+    reference: a case of the table hemisphere_gravity, whose apex it should have.
+
     Raises MechanicsError when a parameter is out of range.
     """
 
@@ -31,12 +35,14 @@ class Case:
     poisson_ratio: float
     layer: Skin | None = None
     membrane: Skin | None = None
+    reference: str | None = None
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> "Case":
         """A case as configured."""
         skins = {name: Skin(**values[name]) for name in ("layer", "membrane") if name in values}
-        return cls(values["youngs_modulus_kpa"], values["poisson_ratio"], **skins)
+        reference = values.get("reference")
+        return cls(values["youngs_modulus_kpa"], values["poisson_ratio"], **skins, reference=reference)
 
     @property
     def tissues(self) -> dict[Label, Tissue]:
@@ -47,10 +53,22 @@ class Case:
             tissues[Label.SKIN] = layer
         return tissues
 
-    def potential(self, mesh: TetMesh) -> Potential:
-        """The potential energy under gravity away from the held face."""
+    def potential(self, mesh: TetMesh, *, displacements_only: bool) -> Potential:
+        """The potential energy under gravity away from the held face.
+
+        displacements_only: as other programs have it, where this package would add a pressure near nu = 1/2.
+        """
         weight = Weight.of(mesh, self.tissues, AWAY_FROM_THE_HELD_FACE)
+        if displacements_only:
+            return Potential((NeoHookean.of(mesh, self.tissues),), (weight,))
         return Potential(body_effects(mesh, self.tissues, skin=self.membrane), (weight,))
+
+    def error_percent(self, apex_mm: float) -> float:
+        """Of an apex, against the reference; nan without one."""
+        if self.reference is None:
+            return np.nan
+        table = tabulated("hemisphere_gravity").set_index("case")
+        return 100 * abs(apex_mm / float(table.apex_mm[self.reference]) - 1)
 
     def facts(self) -> dict[str, Any]:
         """What a program needs to know, in plain values: mu and k [kPa] by label, weight [kPa/mm]."""
@@ -74,8 +92,10 @@ def hemisphere(edge_mm: float, *, layer_mm: float = 0.0) -> TetMesh:
     return with_layer(mesh, mesh.points * RADIUS_MM / inner) if layer_mm else mesh
 
 
-def result(case: Case, mesh: TetMesh, found: Mapping[str, Any]) -> dict[str, Any]:
-    """Of what a program found: how far the apex moved [mm], the residual, both nan when it found nothing.
+def result(
+    case: Case, mesh: TetMesh, found: Mapping[str, Any], *, displacements_only: bool
+) -> dict[str, Any]:
+    """Of what a program found: how far the apex moved [mm], its error, the residual; nan if nothing.
 
     residual: norm of the free forces over that of the weight on them, by this package for every program.
     """
@@ -83,10 +103,17 @@ def result(case: Case, mesh: TetMesh, found: Mapping[str, Any]) -> dict[str, Any
     held[mesh.boundary_nodes("posterior")] = True
     unknowns = int((~held).sum())
     if "u" not in found:
-        return {"unknowns": unknowns, "apex_mm": np.nan, "residual": np.nan}
-    potential = case.potential(mesh)
+        nothing = dict.fromkeys(("apex_mm", "error_percent", "residual"), np.nan)
+        return {"law": "", "unknowns": unknowns, **nothing}
+    potential = case.potential(mesh, displacements_only=displacements_only)
     x = mesh.points + found["u"]
     free = np.linalg.norm(potential.gradient(x)[~held])
     weight = potential.force_scale(mesh.points, ~held)
-    apex = int(np.argmax(mesh.points[:, 2]))
-    return {"unknowns": unknowns, "apex_mm": float(found["u"][apex, 2]), "residual": float(free / weight)}
+    apex_mm = float(found["u"][np.argmax(mesh.points[:, 2]), 2])
+    return {
+        "law": DISPLACEMENTS if isinstance(potential.effects[0], NeoHookean) else WITH_PRESSURE,
+        "unknowns": unknowns,
+        "apex_mm": apex_mm,
+        "error_percent": case.error_percent(apex_mm),
+        "residual": float(free / weight),
+    }

@@ -12,10 +12,14 @@ FOUR_DIGITS = 1e-4
 
 
 def with_agreement(table: pd.DataFrame) -> pd.DataFrame:
-    """The table with `agrees`: the apex within FOUR_DIGITS of the programs' median; empty where none."""
-    median = table.groupby(["case", "edge_mm"]).apex_mm.transform("median")
+    """The table with `agrees`: the apex within FOUR_DIGITS of the median of programs with the same law.
+
+    Empty where nothing was found, or by one program alone.
+    """
+    same = table.groupby(["case", "edge_mm", "law"], dropna=False).apex_mm
+    median, count = same.transform("median"), same.transform("count")
     agrees = ((table.apex_mm - median).abs() <= FOUR_DIGITS * median.abs()).astype(object)
-    return table.assign(agrees=agrees.where(table.apex_mm.notna(), None))
+    return table.assign(agrees=agrees.where(table.apex_mm.notna() & (count > 1), None))
 
 
 def targets(table: pd.DataFrame, aims: Mapping[str, list[Mapping[str, Any]]]) -> pd.DataFrame:
@@ -31,15 +35,14 @@ def targets(table: pd.DataFrame, aims: Mapping[str, list[Mapping[str, Any]]]) ->
 
 def numbers(table: pd.DataFrame, aims: pd.DataFrame) -> dict[str, Any]:
     """What the page quotes."""
-    speed = aims[aims.what == "times faster"].measured
+    speed = aims[aims.what == "times faster"].measured.dropna()
     missed = [f"{row.what}, {row.case}, {row.edge_mm:g} mm" for row in aims[~aims.met].itertuples()]
     return {
         "peers.rows": len(table),
         "peers.programs": int(table.program.nunique()) - 1,
         "peers.not_converged": int((table.outcome != "converged").sum()),
         "peers.disagree": int((table.agrees == False).sum()),  # noqa: E712, empty where nothing was found
-        "peers.slowest_advantage": float(speed.min()),
-        "peers.largest_advantage": float(speed.max()),
+        "peers.times_faster": f"{speed.min():.1f} to {speed.max():.1f}" if len(speed) else "never compared",
         "peers.aims": len(aims),
         "peers.aims_met": int(aims.met.sum()),
         "peers.aims_missed": "; ".join(missed) or "none",
