@@ -3,10 +3,11 @@ PYTHON ?= python3
 CORES ?= 2
 VENV := .venv
 BIN := $(VENV)/bin
+PEERS := .venv-peers
 # Kernels compiled by numba are kept beside the environment and reused by every job.
 export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
 
-.PHONY: study smoke test lint format lock clean
+.PHONY: study smoke peers test lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -44,9 +45,27 @@ $(VENV)/ready: environment.lock tools/check_system.py
 	@$(BIN)/python tools/check_system.py after
 	@touch $@
 
-lock:  ## renew environment.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
-	    --no-annotate --no-header --no-emit-index-url --no-emit-find-links --upgrade --quiet --output-file environment.lock
+# Other programs to compare with, in an environment of their own that nothing else needs.
+peers: $(VENV)/ready $(PEERS)/ready  ## install them; then `.venv/bin/snakemake --cores 1 peers` compares
+	@$(PYTHON) tools/check_peers.py
+
+$(PEERS)/ready: peers.lock
+	$(PYTHON) -m venv $(PEERS)
+	@if command -v uv >/dev/null; then \
+	    echo "installing peers.lock with uv"; \
+	    uv pip sync --quiet --python $(PEERS)/bin/python --require-hashes peers.lock; \
+	else \
+	    echo "installing peers.lock with pip (some minutes; uv is faster)"; \
+	    $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r peers.lock; \
+	fi
+	@touch $@
+
+LOCKED := --universal --python-version 3.11 --generate-hashes --no-annotate --no-header --no-emit-index-url \
+    --no-emit-find-links --upgrade --quiet
+
+lock:  ## renew environment.lock and peers.lock from pyproject.toml (needs uv)
+	uv pip compile pyproject.toml --extra dev $(LOCKED) --output-file environment.lock
+	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
 
 clean:  ## forget the environment and every result
-	rm -rf $(VENV) results smoke .snakemake
+	rm -rf $(VENV) $(PEERS) results smoke .snakemake

@@ -27,6 +27,8 @@ include: "workflow/rules/checks.smk"
 include: "workflow/rules/study.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/hard_cases.smk"
+include: "workflow/rules/programs.smk"
+include: "workflow/rules/peers.smk"
 include: "workflow/rules/report.smk"
 
 

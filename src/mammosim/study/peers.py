@@ -1,0 +1,92 @@
+"""The hanging hemisphere as a problem for several programs: the same mesh, law, load and residual for all."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mammosim.core.labels import Label
+from mammosim.core.mesh import TetMesh
+from mammosim.core.tissues import Tissue
+from mammosim.core.units import KPA_PER_MM_PER_G_CM3
+from mammosim.mechanics.body import Skin, body_effects
+from mammosim.mechanics.effects import Weight
+from mammosim.mechanics.potential import Potential
+from mammosim.meshing.layers import with_layer
+from mammosim.meshing.shapes import ball_part
+
+RADIUS_MM, DENSITY_G_CM3 = 60.0, 1.0
+AWAY_FROM_THE_HELD_FACE = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Case:
+    """One material: E [kPa], nu [-]; skin as a layer of solid elements, as a membrane, or none.
+
+    Raises MechanicsError when a parameter is out of range.
+    """
+
+    youngs_modulus_kpa: float
+    poisson_ratio: float
+    layer: Skin | None = None
+    membrane: Skin | None = None
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> "Case":
+        """A case as configured."""
+        skins = {name: Skin(**values[name]) for name in ("layer", "membrane") if name in values}
+        return cls(values["youngs_modulus_kpa"], values["poisson_ratio"], **skins)
+
+    @property
+    def tissues(self) -> dict[Label, Tissue]:
+        """The layer is as dense as the tissue under it."""
+        tissues = {Label.ADIPOSE: Tissue(self.youngs_modulus_kpa, self.poisson_ratio, DENSITY_G_CM3)}
+        if self.layer is not None:
+            layer = Tissue(self.layer.youngs_modulus_kpa, self.layer.poisson_ratio, DENSITY_G_CM3)
+            tissues[Label.SKIN] = layer
+        return tissues
+
+    def potential(self, mesh: TetMesh) -> Potential:
+        """The potential energy under gravity away from the held face."""
+        weight = Weight.of(mesh, self.tissues, AWAY_FROM_THE_HELD_FACE)
+        return Potential(body_effects(mesh, self.tissues, skin=self.membrane), (weight,))
+
+    def facts(self) -> dict[str, Any]:
+        """What a program needs to know, in plain values: mu and k [kPa] by label, weight [kPa/mm]."""
+        membrane = self.membrane
+        return {
+            "mu_kpa": {str(int(label)): tissue.shear_modulus_kpa for label, tissue in self.tissues.items()},
+            "k_kpa": {str(int(label)): tissue.bulk_modulus_kpa for label, tissue in self.tissues.items()},
+            "weight": KPA_PER_MM_PER_G_CM3 * DENSITY_G_CM3,
+            "tissues": {label.tissue: vars(tissue) for label, tissue in self.tissues.items()},
+            "membrane": None if membrane is None else vars(membrane),
+        }
+
+
+def hemisphere(edge_mm: float, *, layer_mm: float = 0.0) -> TetMesh:
+    """Half a ball of RADIUS_MM, held at z = 0; of layer_mm > 0 the outermost is one layer of elements, SKIN.
+
+    Raises MeshError for an edge_mm that does not fit.
+    """
+    inner = RADIUS_MM - layer_mm
+    mesh = ball_part(inner, edge_mm)
+    return with_layer(mesh, mesh.points * RADIUS_MM / inner) if layer_mm else mesh
+
+
+def result(case: Case, mesh: TetMesh, found: Mapping[str, Any]) -> dict[str, Any]:
+    """Of what a program found: how far the apex moved [mm], the residual, both nan when it found nothing.
+
+    residual: norm of the free forces over that of the weight on them, by this package for every program.
+    """
+    held = np.zeros(mesh.points.shape, dtype=bool)
+    held[mesh.boundary_nodes("posterior")] = True
+    unknowns = int((~held).sum())
+    if "u" not in found:
+        return {"unknowns": unknowns, "apex_mm": np.nan, "residual": np.nan}
+    potential = case.potential(mesh)
+    x = mesh.points + found["u"]
+    free = np.linalg.norm(potential.gradient(x)[~held])
+    weight = potential.force_scale(mesh.points, ~held)
+    apex = int(np.argmax(mesh.points[:, 2]))
+    return {"unknowns": unknowns, "apex_mm": float(found["u"][apex, 2]), "residual": float(free / weight)}

@@ -1,0 +1,89 @@
+"""What is compared with other programs is one problem, and the comparison tells no more than was measured."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mammosim.core.labels import Label
+from mammosim.mechanics.body import load
+from mammosim.study.peers import AWAY_FROM_THE_HELD_FACE, RADIUS_MM, Case, hemisphere, result
+from mammosim.study.peers_summary import numbers, targets, with_agreement
+
+SKIN = {"youngs_modulus_kpa": 10.0, "poisson_ratio": 0.45, "thickness_mm": 2.0}
+STIFF = {"youngs_modulus_kpa": 1.0, "poisson_ratio": 0.45}
+
+
+@pytest.mark.parametrize("skin", [{}, {"membrane": SKIN}])
+def test_the_residual_is_that_of_the_forces_and_vanishes_in_equilibrium(skin):
+    case, mesh = Case.of(STIFF | skin), hemisphere(25.0)
+    found = load(mesh, case.tissues, AWAY_FROM_THE_HELD_FACE, skin=case.membrane)
+    in_equilibrium = result(case, mesh, {"u": found.points - mesh.points})
+    assert in_equilibrium["residual"] <= 1e-8  # the tolerance of a solve
+    assert in_equilibrium["unknowns"] == 3 * (len(mesh.points) - len(mesh.boundary_nodes("posterior")))
+    # At rest nothing opposes the weight.
+    assert result(case, mesh, {"u": np.zeros_like(mesh.points)})["residual"] == pytest.approx(1.0)
+
+
+def test_a_program_that_found_nothing_has_no_apex():
+    assert np.isnan(result(Case.of(STIFF), hemisphere(25.0), {})["apex_mm"])
+
+
+def test_the_layer_ends_at_the_same_radius():
+    mesh = hemisphere(25.0, layer_mm=2.0)
+    assert np.linalg.norm(mesh.points, axis=1).max() == pytest.approx(RADIUS_MM)
+    inner = np.linalg.norm(mesh.points[mesh.boundary_nodes("fascia")], axis=1)
+    assert inner == pytest.approx(RADIUS_MM - 2)
+    assert set(mesh.tissue) == {Label.ADIPOSE, Label.SKIN}
+
+
+def test_mu_and_k_are_those_of_the_tissue():
+    facts = Case.of(STIFF | {"layer": SKIN}).facts()
+    assert facts["mu_kpa"] == pytest.approx({"1": 1 / 2.9, "3": 10 / 2.9})
+    assert facts["k_kpa"] == pytest.approx({"1": 1 / 0.3, "3": 10 / 0.3})
+    assert facts["weight"] == pytest.approx(9.81e-3)
+
+
+@pytest.fixture
+def table() -> pd.DataFrame:
+    columns = ["case", "edge_mm", "program", "unknowns", "apex_mm", "cpu_s", "memory_mb", "outcome"]
+    rows = [
+        ("soft", 8.0, "mammosim", 1000, 76.2379, 1.0, 300, "converged"),
+        ("soft", 8.0, "felupe", 1000, 76.2380, 6.0, 500, "converged"),
+        ("soft", 8.0, "calculix", 1000, 76.2990, 9.0, 200, "converged"),
+        ("soft", 8.0, "ngsolve", 1000, np.nan, 0.1, 100, "30 iterations"),
+        ("soft", 4.0, "mammosim", 8000, 76.3000, 8.0, 900, "converged"),
+    ]
+    return with_agreement(pd.DataFrame(rows, columns=columns))
+
+
+def test_a_displacement_of_its_own_is_flagged(table):
+    agrees = dict(zip(table.program[:4], table.agrees[:4]))
+    assert agrees == {"mammosim": True, "felupe": True, "calculix": False, "ngsolve": None}
+
+
+def test_the_fastest_that_converged_counts(table):
+    aims = {
+        "faster": [{"case": "soft", "edge_mm": 8, "at_least": 5}],
+        "growth": [{"case": "soft", "at_most": 0.9}],
+        "leaner": [{"case": "soft", "edge_mm": 8, "at_most": 1}],
+        "slower": [{"case": "hard", "edge_mm": 8, "than": "soft", "at_most": 5}],
+    }
+    found = targets(table, aims).set_index("what")
+    assert found.measured["times faster"] == pytest.approx(6.0)
+    assert found.peer["times faster"] == "felupe"
+    assert found.measured["exponent of the time"] == pytest.approx(1.0)
+    assert found.measured["times the memory"] == pytest.approx(1.5)
+    assert np.isnan(found.measured["times the time of soft"])
+    assert dict(found.met) == {
+        "times faster": True,
+        "exponent of the time": False,
+        "times the memory": False,
+        "times the time of soft": False,
+    }
+
+
+def test_the_numbers_of_the_page_name_what_was_missed(table):
+    aims = targets(table, {"faster": [{"case": "soft", "edge_mm": 8, "at_least": 8}]})
+    facts = numbers(table, aims)
+    assert facts["peers.aims_missed"] == "times faster, soft, 8 mm"
+    assert (facts["peers.programs"], facts["peers.not_converged"], facts["peers.disagree"]) == (3, 1, 1)

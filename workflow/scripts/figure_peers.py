@@ -1,0 +1,16 @@
+"""Processor time of every program against the number of unknowns."""
+
+import _log
+
+from mammosim.figures.peers import processor_time
+from mammosim.io.figures import write_figure
+from mammosim.io.tables import read_table
+
+
+def main(table: str, out: str) -> None:
+    write_figure(processor_time(read_table(table)), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.table, snakemake.output[0])

@@ -1,0 +1,25 @@
+"""All programs in one table, and what was aimed at; what was missed is named on the terminal."""
+
+import sys
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.study.peers_summary import numbers, targets, with_agreement
+
+
+def main(rows: list[str], aims: dict, stopping: dict[str, str], out: dict[str, str]) -> None:
+    table = with_agreement(pd.concat([read_table(path) for path in rows], ignore_index=True))
+    table["stopping"] = table.program.map(stopping)
+    reached = targets(table, aims)
+    write_table(table, out["table"])
+    write_table(reached, out["targets"])
+    write_json(numbers(table, reached), out["numbers"])
+    for row in reached[~reached.met].itertuples():
+        sys.stderr.write(f"not reached: {row.what}, {row.case}: {row.measured:.3g}, {row.goal}\n")
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.rows, **snakemake.params, out=dict(snakemake.output.items()))
