@@ -87,6 +87,6 @@ def result(case: Case, mesh: TetMesh, found: Mapping[str, Any]) -> dict[str, Any
     potential = case.potential(mesh)
     x = mesh.points + found["u"]
     free = np.linalg.norm(potential.gradient(x)[~held])
-    weight = potential.force_scale(mesh.points, ~held)
+    weight = np.linalg.norm(potential.gradient(mesh.points)[~held])
     apex = int(np.argmax(mesh.points[:, 2]))
     return {"unknowns": unknowns, "apex_mm": float(found["u"][apex, 2]), "residual": float(free / weight)}
