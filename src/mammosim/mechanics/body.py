@@ -32,7 +32,7 @@ class Skin:
     def __post_init__(self) -> None:
         Tissue(self.youngs_modulus_kpa, self.poisson_ratio, 1.0)
         thickness = np.asarray(self.thickness_mm)
-        if thickness.min() <= 0 or thickness.max() > 10:
+        if not (thickness.min() > 0 and thickness.max() <= 10):
             raise MechanicsError(
                 f"thickness_mm from {thickness.min():g} to {thickness.max():g} is outside (0, 10]; "
                 "skin has 0.5 to 3 mm, superficial fascia about 0.1 mm"

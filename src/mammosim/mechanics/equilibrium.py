@@ -124,7 +124,8 @@ def _verified(loading: Loading) -> dict[str, float]:
     smallest_J = system.potential.smallest_J(x)
     imbalance = energy_imbalance(system.potential, loading.path)
     stable = is_stable(system, x)
-    if residual > tolerance or smallest_J <= 0 or not stable or imbalance > LARGEST_IMBALANCE:
+    balanced = system.is_balanced(x, residual, tolerance)
+    if not balanced or smallest_J <= 0 or not stable or imbalance > LARGEST_IMBALANCE:
         raise EquilibriumError(
             f"the shape found is no verified equilibrium: residual {residual:.1e} (at most {tolerance:g}), "
             f"smallest J {smallest_J:.3f} (above 0), energy imbalance {imbalance:.1e} (at most "

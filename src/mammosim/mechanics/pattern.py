@@ -125,6 +125,12 @@ class Tangent:
         self.pattern._spare.append(self.blocks)
         self.blocks = np.zeros((0, 3, 3))
 
+    def diagonal(self) -> np.ndarray:
+        """The diagonal (n_node, 3) by nodes, without the constraint."""
+        rows = np.repeat(np.arange(self.pattern.n_node), np.diff(self.pattern.row_start))
+        middle = np.flatnonzero(self.pattern.columns == rows)
+        return np.einsum("nii->ni", self.blocks[middle])[self.pattern.number]
+
     def add(self, connectivity: np.ndarray, Ke: np.ndarray) -> None:
         """K += the element tangents Ke (n_element, m, m, 3, 3) of elements (n_element, m)."""
         self.add_in_batches(connectivity, lambda batch: Ke[batch])

@@ -108,7 +108,7 @@ def result(
     potential = case.potential(mesh, displacements_only=displacements_only)
     x = mesh.points + found["u"]
     free = np.linalg.norm(potential.gradient(x)[~held])
-    weight = potential.force_scale(mesh.points, ~held)
+    weight = np.linalg.norm(potential.gradient(mesh.points)[~held])
     apex_mm = float(found["u"][np.argmax(mesh.points[:, 2]), 2])
     return {
         "law": DISPLACEMENTS if isinstance(potential.effects[0], NeoHookean) else WITH_PRESSURE,

@@ -103,8 +103,9 @@ def test_skin_may_be_thicker_in_places(mesh):
     x = mesh.points @ STRETCHED
     uniform, extra = Skin(10.0, 0.45, 1.0).membrane(mesh), Skin(10.0, 0.45, thickness).membrane(mesh)
     assert extra.energy(x) > uniform.energy(x)
-    with pytest.raises(MechanicsError, match="thickness_mm"):
-        Skin(10.0, 0.45, 0.0)
+    for impossible in (0.0, np.nan):
+        with pytest.raises(MechanicsError, match="thickness_mm"):
+            Skin(10.0, 0.45, impossible)
 
 
 def test_the_plates_distance_is_that_of_a_rounded_box():
