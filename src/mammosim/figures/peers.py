@@ -1,20 +1,26 @@
 """Processor time of several programs for the same problems."""
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
 
 OURS = "mammosim"
+THOUSANDS = np.array([20, 50, 100, 200, 500])
 
 
 @styled
 def processor_time(table: pd.DataFrame) -> Figure:
     """Processor seconds against unknowns, one picture per case, one line per program, ours in black.
 
-    table: rows (case, program, unknowns, cpu_s, outcome); what did not converge is left out.
+    table: rows (case, program, unknowns, cpu_s, outcome); what did not converge is left out, and so are cases
+    that only one program solved.
     """
-    cases = list(dict.fromkeys(table.case))
+    table = table[table.outcome == "converged"].sort_values("unknowns", kind="stable")
+    solved = table.groupby("case", sort=False).program.nunique()
+    cases = [case for case in dict.fromkeys(table.case) if solved[case] > 1]
     programs = [name for name in dict.fromkeys(table.program) if name != OURS]
     colours = {OURS: INK, **{name: (*SERIES, QUIET)[i % 7] for i, name in enumerate(programs)}}
     columns = min(3, len(cases))
@@ -23,14 +29,15 @@ def processor_time(table: pd.DataFrame) -> Figure:
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     lines = {}
     for ax, case in zip(axes, cases):
-        found = table[(table.case == case) & (table.outcome == "converged")].sort_values("unknowns")
-        for name, part in found.groupby("program"):
+        for name, part in table[table.case == case].groupby("program"):
             width = 2.4 if name == OURS else 1.4
             (lines[name],) = ax.plot(part.unknowns, part.cpu_s, "o-", color=colours[name], lw=width)
-        ax.set(xscale="log", yscale="log", title=case.replace("_", " "))
+        ax.set(xscale="log", yscale="log", title=case.replace("_", " ").replace(" with", "\nwith"))
+        ax.set_xticks(THOUSANDS * 1000, [f"{n:g}" for n in THOUSANDS])
+        ax.xaxis.set_minor_locator(NullLocator())
     for ax in axes[len(cases) :]:
         ax.set_axis_off()
-    figure.supxlabel("unknowns", fontsize=9)
+    figure.supxlabel("unknowns (thousands)", fontsize=9)
     figure.supylabel("processor time (s)", fontsize=9)
     order = [name for name in colours if name in lines]
     labels = [name.replace("_", " ") for name in order]
