@@ -97,6 +97,7 @@ rule peers:
     """The same equilibria by mammosim and by other programs, on demand: results/study/peers.csv and peers.html."""
     input:
         **page("peers"),
+        library=library("page.py"),
     output:
         "results/study/peers.html",
     log:
