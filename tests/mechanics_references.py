@@ -13,8 +13,6 @@ from mammosim.mechanics.newton import NewtonSettings
 TABLES = Path(__file__).parent / "verification" / "references"
 # Rounding of k (J - 1) leaves residuals of about 1e-16 k / load, here up to 1e-11.
 TIGHT = Settings(newton=NewtonSettings(tolerance=1e-10))
-# Without loads, forces are measured against 1 mN: of the 1e2 to 1e4 mN inside, rounding leaves up to 1e-9.
-UNLOADED = Settings(newton=NewtonSettings(tolerance=1e-8))
 
 
 def rows(name, **chosen):

@@ -65,7 +65,7 @@ def test_supine_breasts_slide_outward_and_prone_ones_inward(loaded):
 @pytest.mark.parametrize("position", POSITIONS)
 def test_chest_markers_barely_move_against_the_breasts(loaded, position):
     u = np.linalg.norm(moved(loaded, position), axis=1)
-    assert u[:4].max() < 2.0, "mm"
+    assert u[:4].max() < 3.0, "mm, one and a half voxels of the study"
     assert u[4:10].mean() > 3 * u[:4].max()
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mechanics_bodies import cylinder, shell_octant
-from mechanics_references import UNLOADED, forces, rows, unit_tissue
+from mechanics_references import TIGHT, forces, rows, unit_tissue
 
 from mammosim.mechanics.body import body_effects
 from mammosim.mechanics.equilibrium import equilibrium
@@ -24,7 +24,7 @@ def inflated(mesh, case):
     kept_volume = np.cbrt(R**3 + case.a**3 - INNER**3)
     start = X * (kept_volume / R)[:, None]
     effects = body_effects(mesh, unit_tissue(case.nu))
-    x = equilibrium(mesh, effects, held=held, start=start, settings=UNLOADED).points
+    x = equilibrium(mesh, effects, held=held, start=start, settings=TIGHT).points
     work = np.sum(forces(effects, x)[cavity] * X[cavity]) / INNER
     outside = np.isclose(R, OUTER, atol=1e-6)
     return work / (np.pi * case.a**2 / 2), np.linalg.norm(x[outside], axis=1).mean() / OUTER
@@ -53,7 +53,7 @@ def twisted(mesh, psi, nu):
     top = np.isclose(X[:, 2], X[:, 2].max())
     held = np.repeat((top | np.isclose(X[:, 2], 0.0))[:, None], 3, axis=1)
     effects = body_effects(mesh, unit_tissue(nu))
-    x = equilibrium(mesh, effects, held=held, start=start, settings=UNLOADED).points
+    x = equilibrium(mesh, effects, held=held, start=start, settings=TIGHT).points
     g = forces(effects, x)[top]
     return np.sum(x[top, 0] * g[:, 1] - x[top, 1] * g[:, 0]), g[:, 2].sum()
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mechanics_bodies import box
-from mechanics_references import UNLOADED, forces, rollers, rows, unit_tissue
+from mechanics_references import TIGHT, forces, rollers, rows, unit_tissue
 
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
@@ -54,7 +54,7 @@ def test_uniaxial_stress(cube, case):
     effects = body_effects(cube, unit_tissue(case.nu))
     sideways = case.stretch**-0.5  # a start that keeps the volume
     x = cube.points * [sideways, sideways, case.stretch]
-    state = equilibrium(cube, effects, held=held, start=x, settings=UNLOADED)
+    state = equilibrium(cube, effects, held=held, start=x, settings=TIGHT)
     stretches = state.points.max(axis=0) / SIDE
     assert stretches == pytest.approx([case.lateral_stretch, case.lateral_stretch, case.stretch], abs=DIGITS)
     force = forces(effects, state.points)[top, 2].sum()
@@ -75,7 +75,7 @@ def test_uniaxial_stress_that_is_no_minimum_is_in_equilibrium_and_refused(cube, 
     )  # the derivative of the stress by the lateral stretch is about 10
     assert g[top, 2].sum() == pytest.approx(case.nominal, abs=10 * DIGITS)
     with pytest.raises(EquilibriumError, match="unstable"):
-        equilibrium(cube, effects, held=held, start=x, settings=UNLOADED)
+        equilibrium(cube, effects, held=held, start=x, settings=TIGHT)
 
 
 @pytest.mark.parametrize("case", rows("simple_shear"), ids=lambda case: f"{case.gamma}")
@@ -124,7 +124,7 @@ def test_a_cube_pressed_between_plates_is_uniaxial_stress(nu, stretch):
         plates=Plates(np.array([0.0, 0.0, SIDE / 2]), np.eye(3), half, 1.0),
         thickness_mm=thickness,
         held=held,
-        settings=PressSettings(steps=4, penalty_kpa_per_mm=penalty, solver=UNLOADED),
+        settings=PressSettings(steps=4, penalty_kpa_per_mm=penalty, solver=TIGHT),
     )
     last = result.path.iloc[-1]
     assert np.ptp(result.points[:, 2]) == pytest.approx(stretch * SIDE, abs=1e-6)

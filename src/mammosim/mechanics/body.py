@@ -81,7 +81,6 @@ def load(
     gravity: np.ndarray,
     *,
     skin: Skin | None = None,
-    fascia: Fascia | None = None,
     start: np.ndarray | None = None,
     settings: Settings | None = None,
 ) -> Equilibrium:
@@ -89,6 +88,6 @@ def load(
 
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
     """
-    effects = body_effects(mesh, tissues, skin=skin, fascia=fascia)
+    effects = body_effects(mesh, tissues, skin=skin)
     weight = Weight.of(mesh, tissues, gravity)
     return equilibrium(mesh, effects, loads=(weight,), start=start, settings=settings)
