@@ -17,11 +17,10 @@ from mammosim.mechanics.stability import advice, lowest_mode
 
 log = logging.getLogger(__name__)
 
-# A small step over an indefinite tangent may take so many iterations, and go so much farther than the last.
+# Iterations that a small step over an indefinite tangent may take, to see what lies there.
 _PATIENCE = 20
 # Below this load factor steps do not become smaller any more.
 _LEAST = 1 / 16
-_FARTHEST = 4.0
 
 
 @dataclass(frozen=True)

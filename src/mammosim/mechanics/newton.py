@@ -103,7 +103,7 @@ class System:
         return bool(residual * self._scale(x) <= left)
 
     def _scale(self, x: np.ndarray) -> float:
-        return max(SMALLEST_FORCE_MN, self.potential.force_scale(x))
+        return max(SMALLEST_FORCE_MN, self.potential.force_scale(x, ~self.held))
 
     def spread(self, step: np.ndarray) -> np.ndarray:
         """A step of the free degrees of freedom (n_free,) as (n_node, 3), zero where held."""

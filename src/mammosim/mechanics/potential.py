@@ -51,11 +51,15 @@ class Potential:
         """The potential whose tangent Newton should use at x + dx, having stepped by dx from x."""
         return replace(self, effects=tuple(effect.predicted(x, dx) for effect in self.effects))
 
-    def force_scale(self, x: np.ndarray) -> float:
-        """The largest norm of any term's forces on all nodes, held ones too, mN."""
+    def force_scale(self, x: np.ndarray, free: np.ndarray) -> float:
+        """The largest norm of any term's forces on the free degrees of freedom, free (n_node, 3) bool, mN.
+
+        Without loads what is held drives the body, so that the forces there count, too.
+        """
+        counted = free if self.loads else np.ones_like(free)
         norms = [0.0]
         for term in self.terms:
             g = np.zeros_like(x)
             term.add_gradient(x, g)
-            norms.append(float(np.linalg.norm(g)))
+            norms.append(float(np.linalg.norm(g[counted])))
         return max(norms)

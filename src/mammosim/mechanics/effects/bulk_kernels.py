@@ -7,6 +7,8 @@ p (n_cell, n_q) kPa. Parallel over the cells, each of which is summed by one thr
 import numba
 import numpy as np
 
+from mammosim.mechanics.effects.pointwise import mirror
+
 
 @numba.njit(cache=True, inline="always")
 def _deformation(x, nodes, dN, F):  # type: ignore[no-untyped-def]
@@ -160,21 +162,8 @@ def tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-def]
                     Ke[e, a, b, 2, 1] -= v0
                     Ke[e, a, b, 2, 0] += v1
                     Ke[e, a, b, 0, 2] -= v1
-        _mirror(Ke[e])
+        mirror(Ke[e])
     return Ke
-
-
-@numba.njit(cache=True, inline="always")
-def _mirror(K):  # type: ignore[no-untyped-def]
-    """Make element tangents symmetric to the last bit: only the upper half was summed."""
-    for a in range(K.shape[0]):
-        for i in range(3):
-            for j in range(i):
-                K[a, a, i, j] = K[a, a, j, i]
-        for b in range(a):
-            for i in range(3):
-                for j in range(3):
-                    K[a, b, i, j] = K[b, a, j, i]
 
 
 @numba.njit(cache=True, parallel=True)
@@ -221,7 +210,7 @@ def projected_tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-d
                     for i in range(3):
                         for j in range(3):
                             Ke[e, a, b, i, j] += block[3 * a + i, 3 * b + j]
-        _mirror(Ke[e])
+        mirror(Ke[e])
     return Ke
 
 

@@ -83,3 +83,16 @@ def _gathered_stiffness(M, N):  # type: ignore[no-untyped-def]
         else:
             Ke[e] = 0.0
     return Ke
+
+
+@numba.njit(cache=True, inline="always")
+def mirror(K):  # type: ignore[no-untyped-def]
+    """Make element tangents symmetric to the last bit: only the upper half was summed."""
+    for a in range(K.shape[0]):
+        for i in range(3):
+            for j in range(i):
+                K[a, a, i, j] = K[a, a, j, i]
+        for b in range(a):
+            for i in range(3):
+                for j in range(3):
+                    K[a, b, i, j] = K[b, a, j, i]

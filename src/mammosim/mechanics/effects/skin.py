@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from mammosim.mechanics.effects.pointwise import mirror
 from mammosim.mechanics.effects.protocol import WithoutVolume
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
 from mammosim.mechanics.reference import FaceQuadrature
@@ -175,7 +176,7 @@ def _tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
             else:
                 continue
             _add_product(A, dN[e, q], dA[e, q] * stiffness[e], Ke[e])
-        _mirror(Ke[e])
+        mirror(Ke[e])
     return Ke
 
 
@@ -191,16 +192,3 @@ def _add_product(A, dN, w, K):  # type: ignore[no-untyped-def]
                         for u in range(2):
                             s += dN[a, t] * A[2 * i + t, 2 * j + u] * dN[b, u]
                     K[a, b, i, j] += w * s
-
-
-@numba.njit(cache=True, inline="always")
-def _mirror(K):  # type: ignore[no-untyped-def]
-    """Make element tangents symmetric to the last bit: only the upper half was summed."""
-    for a in range(K.shape[0]):
-        for i in range(3):
-            for j in range(i):
-                K[a, a, i, j] = K[a, a, j, i]
-        for b in range(a):
-            for i in range(3):
-                for j in range(3):
-                    K[a, b, i, j] = K[b, a, j, i]
