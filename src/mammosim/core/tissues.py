@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 
@@ -45,6 +47,48 @@ class Tissue:
     def bulk_modulus_kpa(self) -> float:
         """k = E / (3 (1 - 2 nu))."""
         return self.youngs_modulus_kpa / (3 * (1 - 2 * self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class CellTissues:
+    """The tissue of every cell of a mesh: E [kPa], nu [-], density [g/cm3], (n_cell,) each; limits of Tissue.
+
+    For moduli that differ within a tissue, such as left and right.
+    """
+
+    youngs_modulus_kpa: np.ndarray
+    poisson_ratio: np.ndarray
+    density_g_cm3: np.ndarray
+
+    def __post_init__(self) -> None:
+        columns = (self.youngs_modulus_kpa, self.poisson_ratio, self.density_g_cm3)
+        if len({np.shape(column) for column in columns}) != 1:
+            raise MechanicsError("youngs_modulus_kpa, poisson_ratio, density_g_cm3 must each be (n_cell,)")
+        for E, nu, density in np.unique(np.column_stack(columns), axis=0):
+            Tissue(E, nu, density)
+
+    @classmethod
+    def of(cls, labels: np.ndarray, tissues: "Tissues") -> "CellTissues":
+        """Those of cells with labels (n_cell,). Raises MechanicsError for a tissue without parameters."""
+        if isinstance(tissues, CellTissues):
+            return tissues
+        known, index = np.unique(labels, return_inverse=True)
+        found = [tissue_of(label, tissues) for label in known]
+        names = ("youngs_modulus_kpa", "poisson_ratio", "density_g_cm3")
+        return cls(*(np.array([getattr(tissue, name) for tissue in found])[index] for name in names))
+
+    @property
+    def shear_modulus_kpa(self) -> np.ndarray:
+        """mu = E / (2 (1 + nu))."""
+        return self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
+
+    @property
+    def bulk_modulus_kpa(self) -> np.ndarray:
+        """k = E / (3 (1 - 2 nu))."""
+        return self.youngs_modulus_kpa / (3 * (1 - 2 * self.poisson_ratio))
+
+
+Tissues = Mapping[Label, Tissue] | CellTissues
 
 
 def tissue_of(label: int, tissues: Mapping[Label, Tissue]) -> Tissue:

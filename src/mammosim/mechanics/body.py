@@ -1,16 +1,16 @@
-"""A body under gravity: its tissues, skin and fascia as effects, and its equilibrium."""
+"""A body under gravity: its tissues, skin, fascia and ligaments as effects, and its equilibrium."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
-from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue
-from mammosim.mechanics.effects import Effect, SkinMembrane, Weight, bulk_tissue
+from mammosim.core.tissues import Tissue, Tissues
+from mammosim.mechanics.effects import Effect, Fibres, SkinMembrane, Weight, bulk_tissue
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium
+from mammosim.mechanics.ligaments import ligament_directions
 from mammosim.mechanics.reference import face_quadrature
 from mammosim.mechanics.soundness import faces_of
 
@@ -19,18 +19,19 @@ from mammosim.mechanics.soundness import faces_of
 class Skin:
     """Skin as a membrane: E [kPa] and nu [-], of which mu = E / (2 (1 + nu)) enters, and its thickness.
 
-    thickness_mm: a number, or one per face of the boundary (n_face,).
+    E and thickness_mm: a number, or one per face of the boundary (n_face,).
 
     Raises MechanicsError when a parameter is out of range.
     """
 
-    youngs_modulus_kpa: float
+    youngs_modulus_kpa: float | np.ndarray
     poisson_ratio: float
     thickness_mm: float | np.ndarray
     boundary: str = "skin"
 
     def __post_init__(self) -> None:
-        Tissue(self.youngs_modulus_kpa, self.poisson_ratio, 1.0)
+        for E in np.unique(self.youngs_modulus_kpa):
+            Tissue(float(E), self.poisson_ratio, 1.0)
         thickness = np.asarray(self.thickness_mm)
         if not (thickness.min() > 0 and thickness.max() <= 10):
             raise MechanicsError(
@@ -38,14 +39,14 @@ class Skin:
                 "skin has 0.5 to 3 mm, superficial fascia about 0.1 mm"
             )
 
-    def membrane(self, mesh: TetMesh) -> SkinMembrane:
+    def on(self, mesh: TetMesh) -> SkinMembrane:
         """The membrane on the boundary of a mesh whose points are the reference.
 
         Raises MechanicsError when the mesh has no such boundary.
         """
         faces = faces_of(mesh, self.boundary)
-        mu = self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
-        stiffness = np.broadcast_to(mu * np.asarray(self.thickness_mm, dtype=float), (len(faces),)).copy()
+        mu = np.asarray(self.youngs_modulus_kpa) / (2 * (1 + self.poisson_ratio))
+        stiffness = np.broadcast_to(mu * np.asarray(self.thickness_mm), (len(faces),)).astype(float)
         return SkinMembrane(faces, face_quadrature(mesh.points, faces), stiffness)
 
 
@@ -60,9 +61,65 @@ class Fascia(Skin):
     boundary: str = "fascia"
 
 
+# ASSUME: as a part of a body, Cooper's ligaments are fibres of one stiffness wherever there is no muscle.
+@dataclass(frozen=True)
+class Ligaments:
+    """Cooper's ligaments as fibres, see effects.Fibres."""
+
+    stiffness_kpa: float
+    exponent: float = 0.0
+
+    def on(self, mesh: TetMesh) -> Fibres:
+        """The fibres of a mesh whose points are the reference."""
+        directions = ligament_directions(mesh)
+        return Fibres.of(mesh, directions, stiffness_kpa=self.stiffness_kpa, exponent=self.exponent)
+
+
+class Part(Protocol):
+    """What a body may have beside its bulk: Skin, Fascia, Ligaments."""
+
+    def on(self, mesh: TetMesh) -> Effect:
+        """Its effect on a mesh whose points are the reference."""
+        ...
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a body is made of, whatever its shape: tissues, and the parts that it has.
+
+    Raises MechanicsError for a tissue of the mesh without parameters, or a part without its boundary.
+    """
+
+    tissues: Tissues
+    parts: tuple[Part, ...] = ()
+
+    def effects(self, mesh: TetMesh) -> tuple[Effect, ...]:
+        """The elastic effects on a mesh whose points are the reference."""
+        return (bulk_tissue(mesh, self.tissues), *(part.on(mesh) for part in self.parts))
+
+    def weight(self, mesh: TetMesh, gravity: np.ndarray) -> Weight:
+        """The weight on a mesh whose points are the reference, along the unit vector gravity (3,)."""
+        return Weight.of(mesh, self.tissues, gravity)
+
+    def load(
+        self,
+        mesh: TetMesh,
+        gravity: np.ndarray,
+        *,
+        start: np.ndarray | None = None,
+        settings: Settings | None = None,
+    ) -> Equilibrium:
+        """The equilibrium under gravity, unit vector (3,), of a mesh whose points are stress-free.
+
+        Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified one was reached.
+        """
+        effects, weight = self.effects(mesh), self.weight(mesh, gravity)
+        return equilibrium(mesh, effects, loads=(weight,), start=start, settings=settings)
+
+
 def body_effects(
     mesh: TetMesh,
-    tissues: Mapping[Label, Tissue],
+    tissues: Tissues,
     *,
     skin: Skin | None = None,
     fascia: Fascia | None = None,
@@ -71,23 +128,18 @@ def body_effects(
 
     Raises MechanicsError for a tissue of the mesh without parameters, or a membrane without its boundary.
     """
-    membranes = tuple(layer.membrane(mesh) for layer in (skin, fascia) if layer is not None)
-    return (bulk_tissue(mesh, tissues), *membranes)
+    return Body(tissues, tuple(layer for layer in (skin, fascia) if layer is not None)).effects(mesh)
 
 
 def load(
     mesh: TetMesh,
-    tissues: Mapping[Label, Tissue],
+    tissues: Tissues,
     gravity: np.ndarray,
     *,
     skin: Skin | None = None,
     start: np.ndarray | None = None,
     settings: Settings | None = None,
 ) -> Equilibrium:
-    """The equilibrium under gravity, unit vector (3,), of a body whose mesh.points are stress-free.
-
-    Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
-    """
-    effects = body_effects(mesh, tissues, skin=skin)
-    weight = Weight.of(mesh, tissues, gravity)
-    return equilibrium(mesh, effects, loads=(weight,), start=start, settings=settings)
+    """The equilibrium under gravity of a body of tissues and skin, see Body.load."""
+    parts = () if skin is None else (skin,)
+    return Body(tissues, parts).load(mesh, gravity, start=start, settings=settings)

@@ -49,7 +49,8 @@ class Case:
         """The layer is as dense as the tissue under it."""
         tissues = {Label.ADIPOSE: Tissue(self.youngs_modulus_kpa, self.poisson_ratio, DENSITY_G_CM3)}
         if self.layer is not None:
-            layer = Tissue(self.layer.youngs_modulus_kpa, self.layer.poisson_ratio, DENSITY_G_CM3)
+            E = float(self.layer.youngs_modulus_kpa)
+            layer = Tissue(E, self.layer.poisson_ratio, DENSITY_G_CM3)
             tissues[Label.SKIN] = layer
         return tissues
 

@@ -91,7 +91,7 @@ def test_skin_is_taut_wrinkled_or_slack(stretch, law):
     flat = box((2, 2, 1), (10.0, 12.0, 1.0))
     top = np.all(flat.points[flat.boundaries["skin"]][:, :, 2] == 1.0, axis=1)
     flat = type(flat)(flat.points, flat.cells, flat.tissue, {"skin": flat.boundaries["skin"][top]})
-    membrane = Skin(10.0, 0.45, 1.5).membrane(flat)
+    membrane = Skin(10.0, 0.45, 1.5).on(flat)
     energy = membrane.energy(flat.points * [*stretch, 1.0])
     mu = 10.0 / (2 * 1.45)
     assert energy == pytest.approx(120.0 * 1.5 * mu / 2 * law(stretch[0] ** 2, stretch[1] ** 2), rel=1e-12)
@@ -101,7 +101,7 @@ def test_skin_may_be_thicker_in_places(mesh):
     thickness = np.full(len(mesh.boundaries["skin"]), 1.0)
     thickness[:3] = 2.0
     x = mesh.points @ STRETCHED
-    uniform, extra = Skin(10.0, 0.45, 1.0).membrane(mesh), Skin(10.0, 0.45, thickness).membrane(mesh)
+    uniform, extra = Skin(10.0, 0.45, 1.0).on(mesh), Skin(10.0, 0.45, thickness).on(mesh)
     assert extra.energy(x) > uniform.energy(x)
     for impossible in (0.0, np.nan):
         with pytest.raises(MechanicsError, match="thickness_mm"):

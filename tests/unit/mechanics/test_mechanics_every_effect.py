@@ -63,8 +63,8 @@ def effect(name, R=None):
     made = {
         "bulk": lambda: NeoHookean.of(mesh, TISSUES),
         "nearly incompressible bulk": lambda: MixedNeoHookean.of(mesh, NEARLY_INCOMPRESSIBLE),
-        "skin": lambda: Skin(10.0, 0.45, 1.5).membrane(mesh),
-        "fascia": lambda: Fascia(120.0, 0.45, 0.1, boundary="skin").membrane(mesh),
+        "skin": lambda: Skin(10.0, 0.45, 1.5).on(mesh),
+        "fascia": lambda: Fascia(120.0, 0.45, 0.1, boundary="skin").on(mesh),
         "fibres": lambda: Fibres.of(mesh, directions, stiffness_kpa=2.0),
         "stiffening fibres": lambda: Fibres.of(mesh, directions, stiffness_kpa=2.0, exponent=1.5),
         "springs": lambda: Springs.between(mesh.points, edges, youngs_modulus_kpa=500.0, section_mm2=0.2),

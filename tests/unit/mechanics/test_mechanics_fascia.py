@@ -32,17 +32,17 @@ def test_fascia_inside_stores_the_energy_of_its_own_area(mesh):
     """W_m = h mu / 2 (c1 + c2 + 1 / (c1 c2) - 3) on 120 mm2, whichever side its faces look to."""
     x, c1, c2 = mesh.points * [1.2, 1.1, 1.0], 1.2**2, 1.1**2
     W = 0.1 * 120.0 / (2 * 1.45) / 2 * (c1 + c2 + 1 / (c1 * c2) - 3)
-    assert FASCIA.membrane(mesh).energy(x) == pytest.approx(120.0 * W, rel=1e-12)
+    assert FASCIA.on(mesh).energy(x) == pytest.approx(120.0 * W, rel=1e-12)
     other_side = mesh.boundaries["fascia"][:, [0, 2, 1, 5, 4, 3]]
     flipped = replace(mesh, boundaries={"fascia": other_side})
-    assert FASCIA.membrane(flipped).energy(x) == pytest.approx(120.0 * W, rel=1e-12)
+    assert FASCIA.on(flipped).energy(x) == pytest.approx(120.0 * W, rel=1e-12)
 
 
 def test_fascia_right_under_the_skin_adds_to_it(mesh):
     """Two layers on the same faces are one of the sum of their h mu."""
     x = mesh.points * [1.2, 1.1, 1.0]
     layers = body_effects(mesh, TISSUES, skin=Skin(10.0, 0.45, 1.5), fascia=replace(FASCIA, boundary="skin"))
-    one = Skin(10.0 + 120.0 * 0.1 / 1.5, 0.45, 1.5).membrane(mesh)
+    one = Skin(10.0 + 120.0 * 0.1 / 1.5, 0.45, 1.5).on(mesh)
     assert sum(layer.energy(x) for layer in layers[1:]) == pytest.approx(one.energy(x), rel=1e-12)
 
 

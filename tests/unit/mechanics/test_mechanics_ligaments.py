@@ -74,7 +74,7 @@ def test_ligaments_and_fascia_hold_the_skin_back(slab):
         "nothing": (),
         "fibres": (Fibres.of(slab, ligament_directions(slab), stiffness_kpa=0.5),),
         "springs": (Springs.between(slab.points, pairs, youngs_modulus_kpa=100.0, section_mm2=0.5),),
-        "fascia": (Fascia(120.0, 0.45, 0.1).membrane(with_fascia),),
+        "fascia": (Fascia(120.0, 0.45, 0.1).on(with_fascia),),
     }
     bulk = body_effects(slab, TISSUES)
     least = {name: equilibrium(slab, (*bulk, *more), loads=(weight,)).energy for name, more in added.items()}

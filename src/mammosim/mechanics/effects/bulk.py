@@ -7,14 +7,12 @@ dP = mu J^(-2/3) dF - 2/3 mu J^(-5/3) (F (C:dF) + C (F:dF)) + (5/9 mu J^(-8/3) I
 
 # ASSUME: the bulk law has the isochoric I1bar where the report prints I1, which would stress the rest state.
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue, tissue_of
+from mammosim.core.tissues import CellTissues, Tissues
 from mammosim.mechanics.effects import bulk_kernels as kernels
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
 from mammosim.mechanics.reference import CellQuadrature, cell_quadrature
@@ -34,12 +32,11 @@ class NeoHookean:
     pressure: np.ndarray | None = None
 
     @classmethod
-    def of(cls, mesh: TetMesh, tissues: Mapping[Label, Tissue]) -> "NeoHookean":
+    def of(cls, mesh: TetMesh, tissues: Tissues) -> "NeoHookean":
         """The cells of a mesh whose points are the reference. Raises MechanicsError for an unknown tissue."""
-        labels, index = np.unique(mesh.tissue, return_inverse=True)
-        mu = np.array([tissue_of(label, tissues).shear_modulus_kpa for label in labels])
-        k = np.array([tissue_of(label, tissues).bulk_modulus_kpa for label in labels])
-        return cls(mesh.cells, cell_quadrature(mesh.points, mesh.cells), mu[index], k[index])
+        each = CellTissues.of(mesh.tissue, tissues)
+        quadrature = cell_quadrature(mesh.points, mesh.cells)
+        return cls(mesh.cells, quadrature, each.shear_modulus_kpa, each.bulk_modulus_kpa)
 
     @property
     def connectivity(self) -> np.ndarray:

@@ -11,7 +11,6 @@ dE = sum_v p_v dJ_v, dJ_v = B dx,  B_va = integral of N_v C dN_a/dX,  d2E = p . 
 
 # ASSUME: where k <= c mu (nu <= 0.4516) volume is held at four points a cell, above by a continuous pressure.
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,9 +18,8 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from mammosim.core.errors import MechanicsError
-from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue
+from mammosim.core.tissues import Tissues
 from mammosim.mechanics.effects.bulk import NeoHookean
 from mammosim.mechanics.effects.bulk_kernels import volume_gradients
 from mammosim.mechanics.pattern import Constraint, Tangent
@@ -105,7 +103,7 @@ class MixedNeoHookean:
     pressure: np.ndarray | None = None
 
     @classmethod
-    def of(cls, mesh: TetMesh, tissues: Mapping[Label, Tissue]) -> "MixedNeoHookean":
+    def of(cls, mesh: TetMesh, tissues: Tissues) -> "MixedNeoHookean":
         """The cells of a mesh whose points are the reference.
 
         Raises MechanicsError for an unknown tissue, or when no tissue has k > c mu.
@@ -168,7 +166,7 @@ class MixedNeoHookean:
         return replace(self, pointwise=self.pointwise.predicted(x, dx), pressure=p)
 
 
-def bulk_tissue(mesh: TetMesh, tissues: Mapping[Label, Tissue]) -> NeoHookean | MixedNeoHookean:
+def bulk_tissue(mesh: TetMesh, tissues: Tissues) -> NeoHookean | MixedNeoHookean:
     """The cheaper law that holds the volume of all tissues. Raises MechanicsError for an unknown tissue."""
     whole = NeoHookean.of(mesh, tissues)
     suffices = np.all(whole.k <= POINTWISE_RATIO * whole.mu)

@@ -1,14 +1,12 @@
 """Weight: dead loads of the tissues, a linear potential."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
-from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue, tissue_of
+from mammosim.core.tissues import CellTissues, Tissues
 from mammosim.core.units import KPA_PER_MM_PER_G_CM3
 from mammosim.mechanics.effects.protocol import NO_ELEMENTS, WithoutVolume
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
@@ -26,15 +24,14 @@ class Weight(WithoutVolume):
     forces: np.ndarray
 
     @classmethod
-    def of(cls, mesh: TetMesh, tissues: Mapping[Label, Tissue], gravity: np.ndarray) -> "Weight":
+    def of(cls, mesh: TetMesh, tissues: Tissues, gravity: np.ndarray) -> "Weight":
         """Weight of a mesh whose points are the reference, along the unit vector gravity (3,).
 
         Raises MechanicsError for a tissue without parameters or a gravity that is no unit vector.
         """
         gravity = np.asarray(gravity, dtype=float)
         require_direction(gravity)
-        rho = np.array([tissue_of(label, tissues).density_g_cm3 for label in np.unique(mesh.tissue)])
-        weight_density = KPA_PER_MM_PER_G_CM3 * rho[np.unique(mesh.tissue, return_inverse=True)[1]]
+        weight_density = KPA_PER_MM_PER_G_CM3 * CellTissues.of(mesh.tissue, tissues).density_g_cm3
         volumes = cell_quadrature(mesh.points, mesh.cells).volumes
         fe = np.einsum("e,eq,qa->ea", weight_density, volumes, CELL_SHAPES)
         forces = np.zeros_like(mesh.points)
