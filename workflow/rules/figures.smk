@@ -179,7 +179,7 @@ rule score_shapes:
 
 
 rule figure_convergence:
-    """The residual of the fixed point at every iteration."""
+    """The residual of every method that iterates towards the stress-free shape."""
     input:
         table="results/study/stress_free.csv",
         library=library("figure_convergence.py"),

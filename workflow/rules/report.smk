@@ -9,6 +9,7 @@ PICTURES = [
     *over("stress_free_{v}"),
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
     "convergence",
+    *(["unloading"] if DIGITAL_WOMEN else []),
     *over("compression_{v}_{side}", side=COMPRESSION["sides"]),
     "force",
     *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),

@@ -15,6 +15,9 @@ TABLES = {
         for v in DIGITAL_WOMEN
         for method in STRESS_FREE["methods"]
     ],
+    "unloading": [
+        f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
+    ],
     "compression": over("results/compression/{v}/{side}_path.csv", side=COMPRESSION["sides"]),
     "conservation": over("results/phantom/{v}/{side}_conservation.csv", side=COMPRESSION["sides"]),
     "dose": over("results/xray/{v}/{side}_dose.csv", side=COMPRESSION["sides"]),

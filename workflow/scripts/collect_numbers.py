@@ -17,13 +17,14 @@ KEYS = {
     "upright": ("volunteer", "skin_kpa"),
     "stress_free": ("volunteer", "position", "method", "iteration"),
     "stress_free_error": ("volunteer", "method"),
+    "unloading": ("volunteer", "youngs_modulus_kpa", "method"),
     "compression": ("volunteer", "side", "thickness_mm"),
     "conservation": ("volunteer", "side", "quantity", "tissue", "step"),
     "dose": ("volunteer", "side"),
     "image": ("volunteer", "side"),
 }
 # Two runs give the same numbers; how long they took is in the report's last section.
-TIMES = ["seconds"]
+TIMES = ["seconds", "forward_solves"]
 
 
 def main(paths: list[str], out: str) -> None:
