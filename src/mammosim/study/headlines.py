@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
 
 from mammosim.study.sweep import VERIFIED
@@ -30,6 +31,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "cnr_min": _extreme(tables, "image", "cnr", "min"),
         "cnr_max": _extreme(tables, "image", "cnr", "max"),
     }
+    found |= _held_out(tables) | _intervals(tables)
     if "segmentation_overlap" in tables:
         smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
         found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}
@@ -71,3 +73,36 @@ def _last_residual(tables: Mapping[str, pd.DataFrame], column: str) -> float | N
         return None
     rows = tables["stress_free"].query("method == 'fixed_point'").sort_values("iteration")
     return float(rows.groupby("volunteer")[column].last().max()) if len(rows) else None
+
+
+def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """Errors of the predicted positions that no fit saw: the largest nipple and the skin's."""
+    if "validation" not in tables:
+        return {}
+    rows = tables["validation"][~tables["validation"].fitted]
+    found = {
+        f"held_out_{name}_mm": rows[rows.quantity.str.startswith(name)].value_mm.max()
+        for name in ("nipple", "marker_mean", "skin_mean", "skin_p95", "skin_hausdorff")
+    }
+    before = rows[rows.quantity.str.startswith("nipple")].before_mm.max()
+    return {name: _number(value) for name, value in (found | {"held_out_nipple_before_mm": before}).items()}
+
+
+def _intervals(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """What the uncertainty of the moduli means at most: of the nipple in mm, of force and dose in percent."""
+    if "propagation" not in tables:
+        return {}
+    rows = tables["propagation"].set_index("quantity")
+    width = 100 * (rows.high - rows.low) / rows.fit
+    return {
+        "propagated_nipple_mm": _number(rows.high.get("nipple_from_fit_mm", np.nan)),
+        "propagated_force_percent": _number(width.get("force_n", np.nan)),
+        "propagated_dose_percent": _number(width.get("agd_mgy", np.nan)),
+        "propagated_share_percent": _number(rows.share_percent),
+    }
+
+
+def _number(values: pd.Series | float) -> float | None:
+    """The largest, None where there is none."""
+    largest = float(np.max(values))
+    return largest if np.isfinite(largest) else None
