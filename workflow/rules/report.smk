@@ -9,7 +9,7 @@ PICTURES = [
     *over("stress_free_{v}"),
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
     "convergence",
-    *(f"validation_{v}_{p}" for v in VALIDATED for p in held_out(v)),
+    *(f"validation_{v}_{p}" for v in WOMEN for p in held_out(v)),
     *(["propagation"] if propagated("{v}") else []),
     *over("compression_{v}_{side}", side=COMPRESSION["sides"]),
     "force",

@@ -15,7 +15,7 @@ TABLES = {
         for v in DIGITAL_WOMEN
         for method in STRESS_FREE["methods"]
     ],
-    "validation": [f"results/validation/{v}/{p}.csv" for v in VALIDATED for p in validated(v)],
+    "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),
     "compression": over("results/compression/{v}/{side}_path.csv", side=COMPRESSION["sides"]),

@@ -1,8 +1,9 @@
 # What the fit is worth: a position that it never saw, and what its uncertainty means for what follows.
 VALIDATION = config["validation"]
 PROPAGATION = config["propagation"]
-# Women of the study, and digital ones that are not what the fit assumes.
-VALIDATED = [*WOMEN, *VALIDATION["beside"]]
+WRONG_MODEL = VALIDATION["wrong_model"]
+TWINS = [*WRONG_MODEL, *WRONG_MODEL.values()]
+PAGES["wrong_model"] = {"tables": ["wrong_model", "wrong_model_moduli"], "figures": ["wrong_model"]}
 PRESSED = ["fit", *range(PROPAGATION["pressed"])]
 VIEWED = ("voxel_mm", "dose_error_percent", "scatter_pixel_mm", "detector_kerma_ugy")
 
@@ -201,3 +202,59 @@ rule figure_propagation:
         mem_mb=1000,
     script:
         "../scripts/figure_propagation.py"
+
+
+rule wrong_model_table:
+    """What a fit whose model leaves something out costs: errors and moduli beside those of a woman's twin."""
+    input:
+        validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in TWINS for p in validated(v)],
+        moduli=expand("results/identification/{v}/moduli.csv", v=TWINS),
+        library=library("wrong_model_table.py"),
+    output:
+        table="results/study/wrong_model.csv",
+        moduli="results/study/wrong_model_moduli.csv",
+        numbers="results/study/wrong_model.json",
+    params:
+        twins=WRONG_MODEL,
+    log:
+        "results/logs/wrong_model_table/all.log",
+    benchmark:
+        "results/benchmarks/wrong_model_table/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/wrong_model_table.py"
+
+
+rule figure_wrong_model:
+    """Errors of a woman whom the fit's model cannot describe, beside those of her twin."""
+    input:
+        table="results/study/wrong_model.csv",
+        library=library("figure_wrong_model.py"),
+    output:
+        "results/study/figures/wrong_model.png",
+    log:
+        "results/logs/figure_wrong_model/all.log",
+    benchmark:
+        "results/benchmarks/figure_wrong_model/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_wrong_model.py"
+
+
+rule wrong_model:
+    """What a fit costs whose model leaves out what the woman has, on demand: results/study/wrong_model.html."""
+    input:
+        **page("wrong_model"),
+        library=library("page.py"),
+    output:
+        "results/study/wrong_model.html",
+    log:
+        "results/logs/wrong_model/all.log",
+    benchmark:
+        "results/benchmarks/wrong_model/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/page.py"

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -19,6 +20,14 @@ from mammosim.figures.surfaces import coloured_skin
 NOT_COMPARED = (0.84, 0.85, 0.87)
 FRONT = Camera.at(0, 12)
 BAR_ROOM_MM = 18.0
+# Quantities of validation.csv that are compared between models.
+QUANTITIES = {
+    "nipple_left": "nipple, left",
+    "nipple_right": "nipple, right",
+    "marker_mean": "markers, mean",
+    "skin_mean": "skin, mean",
+    "skin_p95": "skin, 95 %",
+}
 
 
 @dataclass(frozen=True)
@@ -89,3 +98,28 @@ def _draw_shares(ax: Axes, distances: Mapping[str, np.ndarray]) -> None:
     ax.set_title("all positions")
     if distances:
         ax.legend(loc="lower right")
+
+
+@styled
+def wrong_model(table: pd.DataFrame) -> Figure:
+    """Errors of every position with the right and with the wrong model, a panel for each.
+
+    table: rows of study.wrong_model.costs.
+    """
+    positions = list(dict.fromkeys(table.position))
+    figure = new_figure(2.9)
+    axes = figure.subplots(1, len(positions), sharey=True, squeeze=False)[0]
+    for ax, position in zip(axes, positions):
+        rows = table[table.position == position].groupby("quantity").mean(numeric_only=True)
+        rows = rows.reindex(QUANTITIES)
+        place = np.arange(len(rows))
+        for number, (column, name) in enumerate((("right_mm", "right model"), ("wrong_mm", "wrong model"))):
+            ax.barh(place + 0.38 * (number - 0.5), rows[column], 0.36, color=SERIES[number], label=name)
+        fitted = bool(table.fitted[table.position == position].iloc[0])
+        ax.set_title(f"{position.replace('_', ' ')}, {'fitted' if fitted else 'held out'}")
+        ax.set_yticks(place, QUANTITIES.values())
+        ax.set_xlabel("error (mm)")
+        ax.grid(False, axis="y")
+    axes[0].invert_yaxis()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure

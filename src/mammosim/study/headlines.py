@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-import numpy as np
 import pandas as pd
 
 from mammosim.study.sweep import VERIFIED
@@ -76,33 +75,33 @@ def _last_residual(tables: Mapping[str, pd.DataFrame], column: str) -> float | N
 
 
 def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
-    """Errors of the predicted positions that no fit saw: the largest nipple and the skin's."""
-    if "validation" not in tables:
-        return {}
-    rows = tables["validation"][~tables["validation"].fitted]
+    """Largest errors of the predicted positions that no fit saw: nipples, markers, skin."""
+    rows = tables.get("validation", pd.DataFrame(columns=["fitted", "quantity", "value_mm", "before_mm"]))
+    rows = rows[~rows.fitted.astype(bool)]
     found = {
-        f"held_out_{name}_mm": rows[rows.quantity.str.startswith(name)].value_mm.max()
+        f"held_out_{name}_mm": _largest(rows.value_mm[rows.quantity.str.startswith(name)])
         for name in ("nipple", "marker_mean", "skin_mean", "skin_p95", "skin_hausdorff")
     }
-    before = rows[rows.quantity.str.startswith("nipple")].before_mm.max()
-    return {name: _number(value) for name, value in (found | {"held_out_nipple_before_mm": before}).items()}
+    nipples = rows.quantity.str.startswith("nipple")
+    return found | {"held_out_nipple_before_mm": _largest(rows.before_mm[nipples])}
 
 
 def _intervals(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
     """What the uncertainty of the moduli means at most: of the nipple in mm, of force and dose in percent."""
-    if "propagation" not in tables:
-        return {}
-    rows = tables["propagation"].set_index("quantity")
-    width = 100 * (rows.high - rows.low) / rows.fit
+    rows = tables.get(
+        "propagation", pd.DataFrame(columns=["quantity", "fit", "low", "high", "share_percent"])
+    )
+    of = {name: rows[rows.quantity == name] for name in ("nipple_from_fit_mm", "force_n", "agd_mgy")}
+    width = {name: 100 * (group.high - group.low) / group.fit for name, group in of.items()}
     return {
-        "propagated_nipple_mm": _number(rows.high.get("nipple_from_fit_mm", np.nan)),
-        "propagated_force_percent": _number(width.get("force_n", np.nan)),
-        "propagated_dose_percent": _number(width.get("agd_mgy", np.nan)),
-        "propagated_share_percent": _number(rows.share_percent),
+        "propagated_nipple_mm": _largest(of["nipple_from_fit_mm"].high),
+        "propagated_force_percent": _largest(width["force_n"]),
+        "propagated_dose_percent": _largest(width["agd_mgy"]),
+        "propagated_share_percent": _largest(rows.share_percent),
     }
 
 
-def _number(values: pd.Series | float) -> float | None:
-    """The largest, None where there is none."""
-    largest = float(np.max(values))
-    return largest if np.isfinite(largest) else None
+def _largest(values: pd.Series) -> float | None:
+    """The largest number, None where there is none."""
+    known = values.dropna()
+    return float(known.max()) if len(known) else None

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.figures.propagation import propagation
-from mammosim.figures.validation import SkinMap, prediction
+from mammosim.figures.validation import SkinMap, prediction, wrong_model
 
 
 def test_faces_show_the_mean_of_the_nodes_that_have_a_distance(torso):
@@ -54,3 +54,16 @@ def test_intervals_of_the_nipples_are_drawn_about_the_fit():
     np.testing.assert_allclose(measured.get_xdata(), 0.5)
     assert [len(ax.collections[0].get_segments()) for ax in (nipple, force, dose)] == [3, 1, 1]
     assert [ax.get_xlim()[0] for ax in (force, dose)] == [0.0, 0.0]
+
+
+def test_the_right_and_the_wrong_model_stand_side_by_side_in_every_position():
+    rows = [
+        (position, position == "supine", quantity, 1.0, 2.0)
+        for position in ("supine", "supine_tilted")
+        for quantity in ("nipple_left", "nipple_right", "marker_mean", "skin_mean", "skin_p95")
+    ]
+    figure = wrong_model(
+        pd.DataFrame(rows, columns=["position", "fitted", "quantity", "right_mm", "wrong_mm"])
+    )
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["supine, fitted", "supine tilted, held out"]
+    assert all(sorted(bar.get_width() for bar in ax.patches) == [1.0] * 5 + [2.0] * 5 for ax in figure.axes)
