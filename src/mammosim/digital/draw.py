@@ -23,8 +23,8 @@ Values = Mapping[str, Any]
 class Ranges:
     """Lowest and highest of what is drawn; every draw is uniform in the logarithm.
 
-    adipose_kpa, skin_kpa, muscle_kpa: left; glandular_per_adipose: ratio of the moduli of two tissues, left;
-    right_per_left: ratio of the moduli of one tissue. Raises ConfigurationError unless 0 < low <= high.
+    adipose_kpa, skin_kpa, muscle_kpa: geometric mean of both sides; glandular_per_adipose: ratio of two such;
+    right_per_left: ratio of the two moduli of each tissue. Raises ConfigurationError unless 0 < low <= high.
     """
 
     adipose_kpa: tuple[float, float]
@@ -50,8 +50,11 @@ def drawn_woman(ranges: Ranges, between: tuple[Values, Values], *, stream: tuple
     # ASSUME: the moduli of a made woman are independent of each other and of her build.
     rng = generator(*stream, "build")
     build = {
-        part: {name: float(rng.uniform(*sorted(one[part][name] for one in between))) for name in names}
-        for part, names in ((part, sorted(between[0][part])) for part in BUILD)
+        part: {
+            name: float(rng.uniform(*sorted(one[part][name] for one in between)))
+            for name in sorted(between[0][part])
+        }
+        for part in BUILD
     }
     moduli = _moduli(ranges, generator(*stream, "moduli"))
     return {**build, "seed": int(rng.integers(LARGEST_SEED)), "moduli_kpa": moduli}
@@ -62,14 +65,17 @@ def _moduli(ranges: Ranges, rng: np.random.Generator) -> dict[str, dict[str, flo
         return float(np.exp(rng.uniform(*np.log(low_and_high))))
 
     adipose = drawn(ranges.adipose_kpa)
-    left = {
+    middle = {
         "adipose": adipose,
         "glandular": adipose * drawn(ranges.glandular_per_adipose),
         "skin": drawn(ranges.skin_kpa),
         "muscle": drawn(ranges.muscle_kpa),
     }
-    right = {name: E * drawn(ranges.right_per_left) for name, E in left.items()}
-    return {"left": left, "right": right}
+    ratio = {name: drawn(ranges.right_per_left) for name in middle}
+    return {
+        "left": {name: E / np.sqrt(ratio[name]) for name, E in middle.items()},
+        "right": {name: E * np.sqrt(ratio[name]) for name, E in middle.items()},
+    }
 
 
 def refusal(

@@ -7,7 +7,6 @@ import yaml
 from mammosim.core.errors import ConfigurationError, EquilibriumError
 from mammosim.digital import draw
 from mammosim.digital.build import Build
-from mammosim.digital.constitution import Constitution
 from mammosim.digital.draw import Ranges, drawn_woman, first_accepted, refusal
 
 
@@ -42,11 +41,12 @@ def test_a_build_lies_between_the_two_women(women, drawn):
 def test_moduli_and_their_ratios_keep_within_the_ranges(ranges, drawn):
     for woman in drawn:
         left, right = woman["moduli_kpa"]["left"], woman["moduli_kpa"]["right"]
+        middle = {name: np.sqrt(left[name] * right[name]) for name in left}
         quantities = {
-            "adipose_kpa": [left["adipose"]],
-            "glandular_per_adipose": [left["glandular"] / left["adipose"]],
-            "skin_kpa": [left["skin"]],
-            "muscle_kpa": [left["muscle"]],
+            "adipose_kpa": [middle["adipose"]],
+            "glandular_per_adipose": [middle["glandular"] / middle["adipose"]],
+            "skin_kpa": [middle["skin"]],
+            "muscle_kpa": [middle["muscle"]],
             "right_per_left": [right[name] / left[name] for name in left],
         }
         for name, values in quantities.items():
@@ -78,9 +78,8 @@ def test_a_woman_without_a_stable_state_is_refused_by_position_and_reason(monkey
 
     monkeypatch.setattr(draw, "load_truth", load)
     prone, supine = np.array([0, -1.0, 0]), np.array([0, 1.0, 0])
-    made_of = Constitution.__new__(Constitution)
-    assert refusal(anatomy, None, made_of, {"prone": prone}) == ""
-    why = refusal(anatomy, None, made_of, {"prone": prone, "supine": supine})
+    assert refusal(anatomy, None, None, {"prone": prone}) == ""
+    why = refusal(anatomy, None, None, {"prone": prone, "supine": supine})
     assert why == "supine: stability is lost at load factor 0.4"
 
 
