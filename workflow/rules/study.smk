@@ -2,7 +2,7 @@
 TABLES = {
     "registration": scanned("results/registration/{v}/{p}_steps.csv", moving),
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
-    "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", lambda v: SEGMENTED),
+    "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", validated),
     "mesh_quality": over("results/meshes/{v}/{p}_quality.csv", p=SEGMENTED),
     "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", kpa=SWEEP["youngs_modulus_kpa"]),
     "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", kpa=UPRIGHT["skin_kpa"]),
@@ -18,6 +18,9 @@ TABLES = {
     "unloading": [
         f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
     ],
+    "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
+    "propagation": propagated("results/propagation/{v}/rows.csv"),
+    "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),
     "compression": over("results/compression/{v}/{side}_path.csv", side=COMPRESSION["sides"]),
     "conservation": over("results/phantom/{v}/{side}_conservation.csv", side=COMPRESSION["sides"]),
     "dose": over("results/xray/{v}/{side}_dose.csv", side=COMPRESSION["sides"]),

@@ -12,7 +12,9 @@ from mammosim.mechanics.acceleration import Anderson
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.corrections import Nodal, PulledBack, SurfaceDriven
-from mammosim.mechanics.fixed_point import FixedPoint
+from mammosim.mechanics.fixed_point import FixedPoint, held_as_measured
+from mammosim.mechanics.inverse import InverseSettings
+from mammosim.mechanics.inverse import inverse as newton_inverse
 from mammosim.mechanics.unloaded import DEFAULT, Method, Unloaded, UnloadingSettings, UnloadingStep
 
 
@@ -95,12 +97,31 @@ def anderson(
     return FixedPoint(measured, body, gravity, Nodal(), Anderson(), settings).from_start(start)
 
 
+def inverse(
+    measured: TetMesh,
+    body: Body,
+    *,
+    gravity: np.ndarray,
+    start: np.ndarray | None = None,
+    settings: UnloadingSettings = DEFAULT,
+) -> Unloaded:
+    """The inverse formulation by Newton's method, see mechanics.inverse and Method.
+
+    It ends by its forces, whose tolerance leaves far less than tolerance_mm; the distances of its history are
+    those of the next correction.
+    """
+    first = None if start is None else held_as_measured(start, measured)
+    newton = InverseSettings(max_iterations=settings.max_iterations)
+    return newton_inverse(measured, body, gravity=gravity, start=first, settings=newton)
+
+
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "reverse_gravity": reverse_gravity,
         "fixed_point": fixed_point,
         "pull_back": pull_back,
         "mean_start": mean_start,
+        "inverse": inverse,
         "anderson": anderson,
     }
 )

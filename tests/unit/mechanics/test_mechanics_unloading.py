@@ -44,7 +44,7 @@ def distances(one, other):
     return np.linalg.norm(one - other, axis=1)
 
 
-@pytest.mark.parametrize("method", ITERATED)
+@pytest.mark.parametrize("method", (*ITERATED, "inverse"))
 def test_the_true_shape_is_found(method, truth, measured, mean):
     settings = UnloadingSettings(tolerance_mm=0.01)
     found = METHODS[method](measured, BODY, gravity=HANGING, start=mean, settings=settings)
@@ -55,8 +55,8 @@ def test_the_true_shape_is_found(method, truth, measured, mean):
     assert [row.iteration for row in found.history] == list(range(len(found.history)))
 
 
-@pytest.mark.parametrize("method", NODAL)
-def test_a_correction_of_all_nodes_brings_the_inside_back_too(method, measured):
+@pytest.mark.parametrize("method", (*NODAL, "inverse"))
+def test_a_method_that_drives_all_nodes_brings_the_inside_back_too(method, measured):
     found = METHODS[method](measured, BODY, gravity=HANGING)
     again = BODY.load(measured.moved_to(found.points), HANGING).points
     # The tolerance, and the solver's own of 1e-8 of the load, on displacements of 5 mm.
