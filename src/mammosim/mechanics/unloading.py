@@ -108,7 +108,7 @@ def inverse(
     """The inverse formulation by Newton's method, see mechanics.inverse and Method.
 
     It ends by its forces, whose tolerance leaves far less than tolerance_mm; the distances of its history are
-    those of the next correction.
+    those of each correction, reverse gravity's first.
     """
     first = None if start is None else held_as_measured(start, measured)
     newton = InverseSettings(max_iterations=settings.max_iterations)

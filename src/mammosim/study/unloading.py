@@ -45,8 +45,10 @@ def rows(
     """One row per method: unload the prone shape with the right moduli, and compare with the truth.
 
     error_*_mm: of the skin's nodes against their true places; round_*_mm: of all nodes, loaded again from
-    rest, against the prone shape; seconds of processor, and forward_solves, the same over one prone solve. A
-    refusal is an outcome, also that of the body itself, which may have no stable prone or supine state.
+    rest, against the prone shape; iterations: shapes loaded, or corrections of the inverse; factorisations:
+    without the inverse's last one, which checks stability; seconds of processor, and forward_solves, the same
+    over one prone solve. A refusal is an outcome, also that of the body itself, which may have no stable
+    prone or supine state.
     """
     # ASSUME: methods are compared on the truth's own mesh and law: what is left is the error of the method.
     try:
@@ -103,7 +105,7 @@ def _measures(case: Case, measured: TetMesh, method: str, found: Unloaded) -> di
         "error_max_mm": float(error.max()),
         "round_mean_mm": float(away.mean()),
         "round_max_mm": float(away.max()),
-        "iterations": float(max(len(found.history) - 1, 0)),
+        "iterations": float(len(found.history)),
         "factorisations": float(sum(step.factorisations for step in found.history)),
     }
 

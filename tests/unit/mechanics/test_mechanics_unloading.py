@@ -44,7 +44,7 @@ def distances(one, other):
     return np.linalg.norm(one - other, axis=1)
 
 
-@pytest.mark.parametrize("method", (*ITERATED, "inverse"))
+@pytest.mark.parametrize("method", [*ITERATED, "inverse"])
 def test_the_true_shape_is_found(method, truth, measured, mean):
     settings = UnloadingSettings(tolerance_mm=0.01)
     found = METHODS[method](measured, BODY, gravity=HANGING, start=mean, settings=settings)
@@ -55,7 +55,7 @@ def test_the_true_shape_is_found(method, truth, measured, mean):
     assert [row.iteration for row in found.history] == list(range(len(found.history)))
 
 
-@pytest.mark.parametrize("method", (*NODAL, "inverse"))
+@pytest.mark.parametrize("method", [*NODAL, "inverse"])
 def test_a_method_that_drives_all_nodes_brings_the_inside_back_too(method, measured):
     found = METHODS[method](measured, BODY, gravity=HANGING)
     again = BODY.load(measured.moved_to(found.points), HANGING).points
