@@ -203,12 +203,18 @@ class _Body:
         return MorphStep(
             level,
             stiffness,
-            *(there.mean(), np.percentile(there, 95), there.max()),
-            *(back.mean(), np.percentile(back, 95), back.max()),
-            *((facing.mean(), facing.max()) if len(facing) else (np.nan, np.nan)),
-            *(self.ratios(x).min(), self.bulk.energy(x)),
-            float(np.mean(hold[body.boundary_nodes(name)] < 1)),
-            time.process_time() - began,
+            mean_mm=there.mean(),
+            p95_mm=np.percentile(there, 95),
+            max_mm=there.max(),
+            back_mean_mm=back.mean(),
+            back_p95_mm=np.percentile(back, 95),
+            back_max_mm=back.max(),
+            facing_mean_mm=facing.mean(),
+            facing_max_mm=facing.max(),
+            smallest_J=self.ratios(x).min(),
+            energy_uj=self.bulk.energy(x),
+            yielded=float(np.mean(hold[body.boundary_nodes(name)] < 1)),
+            seconds=time.process_time() - began,
         )
 
 
