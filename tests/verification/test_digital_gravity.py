@@ -7,10 +7,10 @@ import yaml
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.positions import GRAVITY
 from mammosim.core.rigid import IDENTITY
-from mammosim.core.tissues import Tissue
 from mammosim.core.volume import grid_around
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.body import AtRest, Loaded
+from mammosim.digital.constitution import Constitution
 from mammosim.digital.loading import load_truth, truth_mesh
 from mammosim.mechanics.reference import cell_quadrature
 
@@ -26,20 +26,18 @@ def woman(repository):
 
 
 @pytest.fixture(scope="module")
-def loaded(woman, repository):
+def common(repository):
+    """What the digital women are made of."""
+    return yaml.safe_load((repository / "config/tissues/volunteer.yaml").read_text())
+
+
+@pytest.fixture(scope="module")
+def loaded(woman, common):
     """The body in each position, lying straight in the scanner."""
     anatomy, mesh = woman
-    made_of = yaml.safe_load((repository / "config/tissues/volunteer.yaml").read_text())
-    tissues = {Label[name.upper()]: Tissue(**values) for name, values in made_of["tissues"].items()}
+    made_of = Constitution.from_parameters({}, common)
     equilibria = {
-        position: load_truth(
-            anatomy,
-            mesh,
-            np.array(GRAVITY[position]),
-            tissues=tissues,
-            skin_youngs_modulus_kpa=made_of["skin"]["youngs_modulus_kpa"],
-            skin_poisson_ratio=made_of["skin"]["poisson_ratio"],
-        )
+        position: load_truth(anatomy, mesh, np.array(GRAVITY[position]), made_of=made_of)
         for position in POSITIONS
     }
     return {position: Loaded(anatomy, IDENTITY, mesh, e.points) for position, e in equilibria.items()}
@@ -89,3 +87,29 @@ def test_gland_keeps_its_volume_in_every_position(loaded):
     volumes = np.array([(body.materials(grid) == Label.GLANDULAR).sum() for body in bodies])
     # nu = 0.48 gives k = 17 kPa to a gland of 2 kPa; under at most 0.8 kPa, 80 mm of tissue, J is within 5 %.
     np.testing.assert_allclose(volumes / volumes[0], 1, atol=0.05)
+
+
+def nipples_mm(woman, made_of):
+    """How far the left and the right nipple move, lying prone."""
+    anatomy, mesh = woman
+    x = load_truth(anatomy, mesh, np.array(GRAVITY["prone"]), made_of=made_of).points
+    rest, body = AtRest(anatomy, IDENTITY), Loaded(anatomy, IDENTITY, mesh, x)
+    return np.linalg.norm(body.fiducials().points - rest.fiducials().points, axis=1)[-2:]
+
+
+def test_the_side_with_half_the_moduli_sags_further_and_the_other_one_as_before(woman, loaded, common):
+    alike = {"adipose": 0.8, "glandular": 2.0, "skin": 12.0, "muscle": 25.0}
+    softer = {name: E / 2 for name, E in alike.items()}
+    sides = {"left": alike, "right": softer}
+    left, right = nipples_mm(woman, Constitution.from_parameters({"moduli_kpa": sides}, common))
+    before_left, before_right = np.linalg.norm(moved(loaded, "prone")[-2:], axis=1)
+    # Weight over stiffness doubles; large strain stiffens skin and breast, the chest in between is shared.
+    assert 1.5 * before_right < right < 2.1 * before_right
+    assert left == pytest.approx(before_left, rel=0.05)
+
+
+def test_ligaments_hold_the_nipples_back(woman, loaded, common, repository):
+    women = yaml.safe_load((repository / "config/default.yaml").read_text())["digital"]["women"]
+    fibrous = Constitution.from_parameters({"ligaments": women["fibrous"]["ligaments"]}, common)
+    before = np.linalg.norm(moved(loaded, "prone")[-2:], axis=1)
+    assert (nipples_mm(woman, fibrous) < 0.75 * before).all()

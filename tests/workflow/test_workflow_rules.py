@@ -16,6 +16,18 @@ def test_only_rules_that_make_or_score_volunteers_read_the_truth(study):
     assert peeking == set()
 
 
+def test_a_position_held_out_reaches_only_what_judges_the_fit(study):
+    """Its labels and mesh are made for the validation; nothing that leads to the moduli may read them."""
+    readers = {
+        job.split(":")[0]
+        for job, inputs in study.jobs("--forceall").items()
+        if any(re.search(r"(segmentation|meshes|registration)/\w+/supine_tilted", path) for path in inputs)
+    }
+    assert {"validate", "propagate"} <= readers
+    judges = {"mesh", "validate", "propagate", "propagation_rows"}
+    assert {rule for rule in readers if not rule.startswith(("figure_", "score_", "table"))} <= judges
+
+
 def test_scores_are_read_by_tables_and_pictures_only(study):
     readers = {
         job.split(":")[0]

@@ -7,6 +7,7 @@ import yaml
 from snakemake.exceptions import WorkflowError
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.positions import GRAVITY
 from mammosim.study import configuration
 
 HOME = Path(workflow.basedir)
@@ -44,14 +45,37 @@ def tissue_table(name):
 
 
 def volunteer_table(file):
-    """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position."""
+    """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position.
+
+    A digital woman who is not studied by default has rows, too: where the rules that make her put her scans.
+    """
     table = pd.read_table(home(file), dtype=str, comment="#", keep_default_na=False)
     table = table[table.volunteer.isin(config["volunteers"])]
+    others = [(w, p) for w in DIGITAL if w not in config["volunteers"] for p in lying(w)]
+    table = pd.concat([table, pd.DataFrame([digital_row(w, p) for w, p in others])], ignore_index=True)
     try:
         configuration.check_volunteers(table, file=file, reference_position=config["reference_position"])
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
     return {(row.volunteer, row.position): row for row in table.itertuples()}
+
+
+def lying(woman):
+    """The positions that a digital woman is scanned in."""
+    return RECOVERY["positions"] if woman in MADE else ["prone", "supine", "supine_tilted"]
+
+
+def digital_row(woman, position):
+    """Her line of the volunteer table."""
+    scan = f"results/raw/{woman}/{position}"
+    return {
+        "volunteer": woman,
+        "position": position,
+        "images": scan,
+        "fiducials": f"{scan}_fiducials.csv",
+        "strokes": f"{scan}_strokes.csv",
+        "gravity": " ".join(f"{component:.4g}" for component in GRAVITY[position]),
+    }
 
 
 def imports_of(file):
@@ -85,6 +109,9 @@ def library(script):
 
 
 checked(config, "config", [str(file) for file in workflow.configfiles])
+RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]])
+MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
+DIGITAL = [*config["digital"]["women"], *MADE]
 VOLUNTEERS = volunteer_table(config["volunteer_table"])
 TISSUES = tissue_table(config["tissues"])
 WOMEN = list(config["volunteers"])
@@ -145,6 +172,11 @@ def scored_of(volunteer, what):
 def over(template, **values):
     """A path for every volunteer and every combination of the values."""
     return expand(template, v=WOMEN, **values)
+
+
+def others_checked(wildcards):
+    """That every image of the study is usable; a volunteer beside the study answers for her own only."""
+    return ["results/checked/all.csv"] if wildcards.v in WOMEN else []
 
 
 def row(wildcards):

@@ -43,7 +43,7 @@ rule import_image:
     """A DICOM series or NIfTI image as one volume in the patient frame LPS."""
     input:
         checked="results/checked/{v}_{p}.csv",
-        others=ancient("results/checked/all.csv"),
+        others=ancient(others_checked),
         images=lambda wildcards: row(wildcards).images,
         library=library("import_image.py"),
     output:
@@ -62,7 +62,7 @@ rule fiducials:
     """Chest markers found in the image or taken from the list; breast markers and nipples from the list."""
     input:
         checked="results/checked/{v}_{p}.csv",
-        others=ancient("results/checked/all.csv"),
+        others=ancient(others_checked),
         image="results/images/{v}/{p}.nii.gz",
         listed=lambda wildcards: row(wildcards).fiducials,
         library=library("fiducials.py"),

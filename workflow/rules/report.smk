@@ -2,7 +2,7 @@
 PICTURES = [
     *over("positions_{v}"),
     *(f"registration_{v}_{p}" for v in WOMEN for p in moving(v)),
-    *over("segmentation_{v}_{p}", p=SEGMENTED),
+    *scanned("segmentation_{v}_{p}", validated),
     *over("mesh_{v}_{p}", p=SEGMENTED),
     "sweep",
     *over("upright_{v}"),
@@ -10,6 +10,8 @@ PICTURES = [
     *over("stress_free_{v}"),
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
     "convergence",
+    *(f"validation_{v}_{p}" for v in WOMEN for p in held_out(v)),
+    *(["propagation"] if propagated("{v}") else []),
     *over("compression_{v}_{side}", side=COMPRESSION["sides"]),
     "force",
     *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),

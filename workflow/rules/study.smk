@@ -2,7 +2,7 @@
 TABLES = {
     "registration": scanned("results/registration/{v}/{p}_steps.csv", moving),
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
-    "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", lambda v: SEGMENTED),
+    "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", validated),
     "mesh_quality": over("results/meshes/{v}/{p}_quality.csv", p=SEGMENTED),
     "morph": over("results/morph/{v}/morph.csv"),
     "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", kpa=SWEEP["youngs_modulus_kpa"]),
@@ -16,6 +16,9 @@ TABLES = {
         for v in DIGITAL_WOMEN
         for method in STRESS_FREE["methods"]
     ],
+    "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
+    "propagation": propagated("results/propagation/{v}/rows.csv"),
+    "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),
     "compression": over("results/compression/{v}/{side}_path.csv", side=COMPRESSION["sides"]),
     "conservation": over("results/phantom/{v}/{side}_conservation.csv", side=COMPRESSION["sides"]),
     "dose": over("results/xray/{v}/{side}_dose.csv", side=COMPRESSION["sides"]),

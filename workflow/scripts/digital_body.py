@@ -1,35 +1,40 @@
-"""The stress-free body of a digital volunteer as a mesh, and what it consists of."""
+"""The stress-free body of a digital volunteer as a mesh, what it consists of, and her true moduli."""
 
 import _log
 import numpy as np
 
 from mammosim.core.labels import Label
 from mammosim.digital.anatomy import make_anatomy
+from mammosim.digital.constitution import Constitution
 from mammosim.digital.loading import truth_mesh
 from mammosim.io.meshes import write_mesh
-from mammosim.io.tables import write_json
+from mammosim.io.tables import read_json, write_json, write_table
 
 COUNTED_MM = 2.0
 
 
-def main(woman: dict, element_mm: dict, mesh_path: str, facts: str) -> None:
+def main(files: dict[str, str], volunteer: str, tissues: dict, element_mm: dict) -> None:
+    woman = read_json(files["woman"])
     anatomy = make_anatomy(woman)
     mesh = truth_mesh(anatomy, breast_mm=element_mm["breast"], chest_mm=element_mm["chest"])
-    write_mesh(mesh, mesh_path)
+    write_mesh(mesh, files["mesh"])
+    moduli = Constitution.from_parameters(woman, tissues).moduli()
+    moduli.insert(0, "volunteer", volunteer)
+    write_table(moduli, files["moduli"])
     values = {}
     for side, mound in zip(("left", "right"), anatomy.mounds):
         points = anatomy.breast_points(mound, COUNTED_MM)
         labels = anatomy.labels_at(points)
         values[f"breast_{side}_cm3"] = len(points) * COUNTED_MM**3 / 1e3
         values[f"gland_fraction_{side}"] = float(np.mean(labels == Label.GLANDULAR))
-    write_json(values, facts)
+    write_json(values, files["facts"])
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     main(
-        snakemake.params.woman,
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        snakemake.wildcards.w,
+        snakemake.params.tissues,
         snakemake.params.element_mm,
-        snakemake.output.mesh,
-        snakemake.output.facts,
     )

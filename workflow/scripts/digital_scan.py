@@ -14,13 +14,13 @@ from mammosim.io.dicom_writer import write_series
 from mammosim.io.fiducials import write_fiducials
 from mammosim.io.images import write_labels
 from mammosim.io.meshes import read_mesh
-from mammosim.io.tables import write_table
+from mammosim.io.tables import read_json, write_table
 from mammosim.io.transforms import read_transform
 
 
 def main(files: dict[str, str], settings: dict, volunteer: str, position: str) -> None:
     mesh, x = read_mesh(files["mesh"]), read_mesh(files["loaded"]).points
-    body = Loaded(make_anatomy(settings["woman"]), read_transform(files["motion"]), mesh, x)
+    body = Loaded(make_anatomy(read_json(files["woman"])), read_transform(files["motion"]), mesh, x)
     stream = (settings["seed"], volunteer, position)
     scan, grid = scan_of(settings["scan"])
     labels = truth_labels(body, grid, scan=scan)

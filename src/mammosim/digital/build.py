@@ -1,10 +1,12 @@
-"""What a digital volunteer is made of: the chosen parameters, each with its unit and its limits."""
+"""How a digital volunteer is built: the chosen parameters, each with its unit and its limits."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 from mammosim.core.errors import ConfigurationError
+
+MADE_OF = ("moduli_kpa", "ligaments")  # parameters of a woman that are not of her build
 
 
 @dataclass(frozen=True)
@@ -103,10 +105,11 @@ class Build:
     def from_parameters(cls, parameters: Mapping[str, Any]) -> "Build":
         """From nested plain values {chest: {...}, breast: {...}, gland: {...}, skin: {...}, seed: n}.
 
+        What she is made of may stand beside them, see constitution.Constitution.
         Raises ConfigurationError for a missing, misspelt or out-of-range parameter.
         """
         parts = {"chest": Chest, "breast": Breast, "gland": Gland, "skin": SkinLayer}
-        _require_keys("volunteer", parameters, {*parts, "seed"})
+        _require_keys("volunteer", {name for name in parameters if name not in MADE_OF}, {*parts, "seed"})
         for name, part in parts.items():
             _require_keys(name, parameters[name], {field.name for field in fields(part)})
         return cls(
@@ -121,7 +124,7 @@ def _within(name: str, value: float, low: float, high: float) -> None:
         )
 
 
-def _require_keys(name: str, given: Mapping[str, Any], wanted: set[str]) -> None:
+def _require_keys(name: str, given: Iterable[str], wanted: set[str]) -> None:
     if set(given) != wanted:
         raise ConfigurationError(
             f"{name}: missing {sorted(wanted - set(given))}, unknown {sorted(set(given) - wanted)}; "

@@ -1,16 +1,13 @@
 """The truth's own body: a mesh of the stress-free shape with tissues, and its equilibrium under gravity."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue
 from mammosim.core.volume import grid_around
 from mammosim.digital.anatomy import Anatomy
+from mammosim.digital.constitution import Constitution
 from mammosim.digital.mound import skin_layers_mm
-from mammosim.mechanics.body import Skin, load
 from mammosim.mechanics.equilibrium import Equilibrium
 from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.surface import Surface, surface_of_field
@@ -36,23 +33,12 @@ def truth_mesh(anatomy: Anatomy, *, breast_mm: float, chest_mm: float) -> TetMes
     return TetMesh(mesh.points, mesh.cells, tissue, _boundaries(anatomy, mesh))
 
 
-def load_truth(
-    anatomy: Anatomy,
-    mesh: TetMesh,
-    gravity: np.ndarray,
-    *,
-    tissues: Mapping[Label, Tissue],
-    skin_youngs_modulus_kpa: float,
-    skin_poisson_ratio: float,
-) -> Equilibrium:
-    """The body under gravity (3,), a unit vector in the body frame, its skin of regional thickness.
+def load_truth(anatomy: Anatomy, mesh: TetMesh, gravity: np.ndarray, *, made_of: Constitution) -> Equilibrium:
+    """The body under gravity (3,), a unit vector in the body frame.
 
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
     """
-    # ASSUME: the truth differs from the reconstruction in its mesh, regional skin, stiffer gland, higher nu.
-    centres = mesh.points[mesh.boundaries["skin"]].mean(axis=1)
-    skin = Skin(skin_youngs_modulus_kpa, skin_poisson_ratio, anatomy.skin_thickness(centres))
-    return load(mesh, tissues, gravity, skin=skin)
+    return made_of.body(anatomy, mesh).load(mesh, gravity)
 
 
 def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:

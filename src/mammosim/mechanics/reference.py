@@ -7,6 +7,7 @@ Cells may be straight or curved: gradients are computed at every quadrature poin
 from dataclasses import dataclass
 from itertools import product
 
+import numba
 import numpy as np
 
 from mammosim.core.mesh import EDGES
@@ -94,10 +95,34 @@ _TO_BERNSTEIN = np.linalg.inv(_bernstein(_CUBIC, _CUBIC))
 def cell_quadrature(points: np.ndarray, cells: np.ndarray) -> CellQuadrature:
     """Four-point quadrature of quadratic tetrahedra with points (n_node, 3) and cells (n_cell, 10)."""
     dN = shape_gradients(TETRAHEDRON_POINTS, EDGES)
-    A = np.einsum("eai,qaj->eqij", points[cells], dN)  # dX/dxi
-    gradients = np.einsum("qaj,eqjk->eqak", dN, np.linalg.inv(A))
-    volumes = np.linalg.det(A) * TETRAHEDRON_WEIGHTS
-    return CellQuadrature(np.ascontiguousarray(gradients), np.ascontiguousarray(volumes))
+    return CellQuadrature(*_gradients_and_volumes(points, cells, dN, TETRAHEDRON_WEIGHTS))
+
+
+@numba.njit(cache=True, parallel=True, error_model="numpy")
+def _gradients_and_volumes(points, cells, dN, weights):  # type: ignore[no-untyped-def]
+    """dN_a/dX = dN_a/dxi A^-1 and w det A with A = dX/dxi = sum_a X_a (x) dN_a/dxi, by cofactors."""
+    n_cell, n_q = len(cells), len(weights)
+    gradients, volumes = np.empty((n_cell, n_q, 10, 3)), np.empty((n_cell, n_q))
+    for e in numba.prange(n_cell):
+        A, C = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            A[:] = 0.0
+            for a in range(10):
+                for i in range(3):
+                    for j in range(3):
+                        A[i, j] += points[cells[e, a], i] * dN[q, a, j]
+            for i in range(3):
+                k, m = (i + 1) % 3, (i + 2) % 3
+                for j in range(3):
+                    n, o = (j + 1) % 3, (j + 2) % 3
+                    C[i, j] = A[k, n] * A[m, o] - A[k, o] * A[m, n]
+            det = A[0, 0] * C[0, 0] + A[0, 1] * C[0, 1] + A[0, 2] * C[0, 2]
+            volumes[e, q] = weights[q] * det
+            for a in range(10):
+                for k in range(3):
+                    s = dN[q, a, 0] * C[k, 0] + dN[q, a, 1] * C[k, 1] + dN[q, a, 2] * C[k, 2]
+                    gradients[e, q, a, k] = s / det
+    return gradients, volumes
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "cnr_min": _extreme(tables, "image", "cnr", "min"),
         "cnr_max": _extreme(tables, "image", "cnr", "max"),
     }
+    found |= _held_out(tables) | _intervals(tables)
     if "segmentation_overlap" in tables:
         smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
         found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}
@@ -82,3 +83,36 @@ def _last_residual(tables: Mapping[str, pd.DataFrame], column: str) -> float | N
         return None
     rows = tables["stress_free"].query("method == 'fixed_point'").sort_values("iteration")
     return float(rows.groupby("volunteer")[column].last().max()) if len(rows) else None
+
+
+def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """Largest errors of the predicted positions that no fit saw: nipples, markers, skin."""
+    rows = tables.get("validation", pd.DataFrame(columns=["fitted", "quantity", "value_mm", "before_mm"]))
+    rows = rows[~rows.fitted.astype(bool)]
+    found = {
+        f"held_out_{name}_mm": _largest(rows.value_mm[rows.quantity.str.startswith(name)])
+        for name in ("nipple", "marker_mean", "skin_mean", "skin_p95", "skin_hausdorff")
+    }
+    nipples = rows.quantity.str.startswith("nipple")
+    return found | {"held_out_nipple_before_mm": _largest(rows.before_mm[nipples])}
+
+
+def _intervals(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """What the uncertainty of the moduli means at most: of the nipple in mm, of force and dose in percent."""
+    rows = tables.get(
+        "propagation", pd.DataFrame(columns=["quantity", "fit", "low", "high", "share_percent"])
+    )
+    of = {name: rows[rows.quantity == name] for name in ("nipple_from_fit_mm", "force_n", "agd_mgy")}
+    width = {name: 100 * (group.high - group.low) / group.fit for name, group in of.items()}
+    return {
+        "propagated_nipple_mm": _largest(of["nipple_from_fit_mm"].high),
+        "propagated_force_percent": _largest(width["force_n"]),
+        "propagated_dose_percent": _largest(width["agd_mgy"]),
+        "propagated_share_percent": _largest(rows.share_percent),
+    }
+
+
+def _largest(values: pd.Series) -> float | None:
+    """The largest number, None where there is none."""
+    known = values.dropna()
+    return float(known.max()) if len(known) else None

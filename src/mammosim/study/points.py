@@ -47,11 +47,41 @@ class MaterialPoints:
         return np.einsum("na,nad->nd", self.weights, points[self.nodes])
 
     def normals(self, points: np.ndarray) -> np.ndarray:
+<<<<<<< HEAD
         """Unit normals (n, 3), outward, of the flat triangles through the corners of the faces."""
         a, b, c = (points[self.nodes[:, i]] for i in range(3))
         normal = np.cross(b - a, c - a)
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
+=======
+        """Unit normals (n, 3) of their faces there, outward, when the nodes are at points (n_node, 3)."""
+        L = self.weights @ NODES  # shape functions reproduce linear fields
+        slopes = shape_slopes(L)
+        x = points[self.nodes]
+        along, across = (np.einsum("na,nad->nd", slopes[:, k] - slopes[:, 0], x) for k in (1, 2))
+        normal = np.cross(along, across)
+        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    def carry_above(self, given: np.ndarray, points: np.ndarray, new: np.ndarray) -> np.ndarray:
+        """Where balls with centres `given` (n, 3) are, (n, 3), each as high above the skin as it was.
+
+        points, new: (n_node, 3) of the nodes, where the balls were given and now; x + h n, h = (p - x0) . n0.
+        """
+        h = np.einsum("nd,nd->n", given - self.carry(points), self.normals(points))
+        return self.carry(new) + h[:, None] * self.normals(new)
+
+
+def shape_slopes(L: np.ndarray) -> np.ndarray:
+    """dN_a / dL_k (n, 3, 6) of shape_functions at L (n, 3), its three coordinates taken as independent."""
+    slopes = np.zeros((len(L), 3, 6))
+    for k in range(3):
+        after = (k + 1) % 3
+        slopes[:, k, k] = 4 * L[:, k] - 1
+        slopes[:, k, 3 + k] = 4 * L[:, after]
+        slopes[:, after, 3 + k] = 4 * L[:, k]
+    return slopes
+
+>>>>>>> main
 
 def shape_functions(L: np.ndarray) -> np.ndarray:
     """N (n, 6) of the quadratic triangle at barycentric coordinates L (n, 3), nodes in VTK order."""

@@ -8,8 +8,15 @@ import pytest
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import EDGES, TetMesh
 from mammosim.meshing.boundary import boundary_faces
-from mammosim.meshing.distance import distance_to_boundary, surface_distance
+from mammosim.meshing.distance import (
+    distance_opposite,
+    distance_to_boundary,
+    distance_to_rim,
+    rim,
+    surface_distance,
+)
 from mammosim.meshing.nearest import NearestOnTriangles
+from mammosim.meshing.shapes import box
 
 CORNERS = np.array([[0.0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]])
 
@@ -60,3 +67,34 @@ def test_curved_faces_are_followed(mesh: TetMesh) -> None:
 def test_a_missing_boundary_is_named(mesh: TetMesh) -> None:
     with pytest.raises(MeshError, match="no boundary 'skin'; it has: none"):
         surface_distance(mesh, replace(mesh, boundaries={}))
+
+
+def slab(half_mm: float, top_mm: float = 0.0) -> TetMesh:
+    """A flat slab about the origin, 2 half_mm wide along x and y; only its upper face is skin."""
+    block = box((4, 4, 1), (2 * half_mm, 2 * half_mm, 10.0))
+    points = block.points + [-half_mm, -half_mm, top_mm - 10.0]
+    upper = np.all(points[block.boundaries["skin"]][..., 2] == top_mm, axis=1)
+    return replace(block, points=points, boundaries={"skin": block.boundaries["skin"][upper]})
+
+
+def test_only_skin_opposite_the_other_skin_has_a_distance_to_it() -> None:
+    wide, narrow = slab(40.0), slab(25.0, top_mm=3.0)
+    opposite = distance_opposite(wide, narrow)
+    inside = np.abs(wide.points[wide.boundary_nodes("skin"), :2]).max(axis=1) < 25.0
+    np.testing.assert_array_equal(np.isfinite(opposite), inside)
+    np.testing.assert_allclose(opposite[inside], 3.0, atol=1e-12)
+    # The narrow one has the wide one opposite it everywhere, its own rim included.
+    np.testing.assert_allclose(distance_opposite(narrow, wide), 3.0, atol=1e-12)
+
+
+def test_a_closed_skin_has_no_rim(mesh: TetMesh) -> None:
+    assert len(rim(mesh.boundaries["skin"])) == 0
+    assert np.isinf(distance_to_rim(mesh)).all()
+    np.testing.assert_allclose(distance_opposite(mesh, mesh), 0, atol=1e-12)
+
+
+def test_the_rim_of_a_flat_skin_is_its_edge() -> None:
+    flat = slab(40.0)
+    at = np.abs(flat.points[flat.boundary_nodes("skin"), :2]).max(axis=1)
+    assert len(rim(flat.boundaries["skin"])) == 16  # four elements along each of four sides
+    np.testing.assert_allclose(distance_to_rim(flat), 40.0 - at, atol=1e-9)

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.errors import MeshError
+from mammosim.core.rigid import rotation
 from mammosim.study.points import MaterialPoints
 
 
@@ -51,6 +52,31 @@ def test_no_point_of_the_surface_is_nearer_than_the_one_found(block):
         axis=0
     )
     np.testing.assert_allclose(offset, np.where(inside, wall, box), atol=1e-9)
+
+
+def test_balls_above_the_skin_stay_as_high_above_it_when_the_body_turns_and_stretches(block):
+    mesh = block()
+    balls = np.array([[4.0, -3.5, 11.3], [33.5, 7.0, 22.0], [12.0, 18.0, -2.0]])  # over three faces
+    held = MaterialPoints.on(mesh, balls)
+    np.testing.assert_allclose(held.normals(mesh.points), [[0, -1, 0], [1, 0, 0], [0, 0, -1]], atol=1e-12)
+    turn = rotation(np.array([20.0, -35.0, 50.0]))
+    turned = held.carry_above(balls, mesh.points, mesh.points @ turn.T + 4)
+    np.testing.assert_allclose(turned, balls @ turn.T + 4, atol=1e-9)
+    stretched = held.carry_above(balls, mesh.points, mesh.points * [1.3, 0.8, 1.1])
+    # Faces of the block stay where they face; only the places on them, and of them, are stretched.
+    np.testing.assert_allclose(stretched, [[5.2, -3.5, 12.43], [42.5, 5.6, 24.2], [15.6, 14.4, -2.0]])
+
+
+def test_normals_follow_a_face_that_bends(block):
+    mesh = block()
+    c = 1e-2
+    held = MaterialPoints.on(mesh, np.array([[12.0, 0.0, 11.3]]))
+    bent = mesh.points + np.stack(
+        [0 * mesh.points[:, 0], c * mesh.points[:, 0] ** 2, 0 * mesh.points[:, 0]], 1
+    )
+    slope = 2 * c * 12.0  # of y = c x^2
+    expected = np.array([[slope, -1.0, 0.0]]) / np.hypot(slope, 1)
+    np.testing.assert_allclose(held.normals(bent), expected, atol=1e-9)
 
 
 def test_a_mesh_without_skin_is_refused(block):

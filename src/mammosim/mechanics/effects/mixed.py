@@ -108,7 +108,11 @@ class MixedNeoHookean:
 
         Raises MechanicsError for an unknown tissue, or when no tissue has k > c mu.
         """
-        whole = NeoHookean.of(mesh, tissues)
+        return cls.holding(mesh, NeoHookean.of(mesh, tissues))
+
+    @classmethod
+    def holding(cls, mesh: TetMesh, whole: NeoHookean) -> "MixedNeoHookean":
+        """The same law as `whole`, the pointwise one of a mesh; see `of`."""
         pointwise = whole.softened(POINTWISE_RATIO)
         if np.all(whole.k == pointwise.k):
             largest = (whole.k / whole.mu).max()
@@ -170,4 +174,4 @@ def bulk_tissue(mesh: TetMesh, tissues: Tissues) -> NeoHookean | MixedNeoHookean
     """The cheaper law that holds the volume of all tissues. Raises MechanicsError for an unknown tissue."""
     whole = NeoHookean.of(mesh, tissues)
     suffices = np.all(whole.k <= POINTWISE_RATIO * whole.mu)
-    return whole if suffices else MixedNeoHookean.of(mesh, tissues)
+    return whole if suffices else MixedNeoHookean.holding(mesh, whole)

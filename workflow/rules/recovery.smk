@@ -1,0 +1,93 @@
+# Are true moduli found? Of made volunteers, one per seed, on demand; and of the study's digital volunteers.
+PAGES["recovery"] = {"tables": ["recovery", "recovery_tissues", "recovery_draws"], "figures": ["recovery"]}
+
+
+rule score_moduli:
+    """The fitted moduli of a digital volunteer beside the true ones."""
+    input:
+        fitted="results/identification/{w}/moduli.csv",
+        fit="results/identification/{w}/fit.csv",
+        truth="results/truth/{w}/moduli.csv",
+        library=library("score_moduli.py"),
+    output:
+        "results/scores/{w}/moduli.csv",
+    params:
+        seed=lambda wildcards: MADE.get(wildcards.w, config["seed"]),
+    log:
+        "results/logs/score_moduli/{w}.log",
+    benchmark:
+        "results/benchmarks/score_moduli/{w}.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/score_moduli.py"
+
+
+rule score_draws:
+    """Every draw of the made volunteers, and why it was refused."""
+    input:
+        rows=expand("results/truth/{w}/draws.csv", w=MADE),
+        library=library("table.py"),
+    output:
+        "results/study/recovery_draws.csv",
+    log:
+        "results/logs/score_draws/all.log",
+    benchmark:
+        "results/benchmarks/score_draws/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/table.py"
+
+
+rule recovery_table:
+    """The moduli of all made volunteers, and how often the truth lies in its interval."""
+    input:
+        rows=expand("results/scores/{w}/moduli.csv", w=MADE),
+        library=library("recovery_table.py"),
+    output:
+        table="results/study/recovery.csv",
+        tissues="results/study/recovery_tissues.csv",
+        numbers="results/study/recovery.json",
+    log:
+        "results/logs/recovery_table/all.log",
+    benchmark:
+        "results/benchmarks/recovery_table/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/recovery_table.py"
+
+
+rule figure_recovery:
+    """Fitted against true moduli, with their intervals."""
+    input:
+        table="results/study/recovery.csv",
+        library=library("figure_recovery.py"),
+    output:
+        "results/study/figures/recovery.png",
+    log:
+        "results/logs/figure_recovery/all.log",
+    benchmark:
+        "results/benchmarks/figure_recovery/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_recovery.py"
+
+
+rule recovery:
+    """Moduli of made volunteers found again, on demand: results/study/recovery.csv and recovery.html."""
+    input:
+        **page("recovery"),
+        library=library("page.py"),
+    output:
+        "results/study/recovery.html",
+    log:
+        "results/logs/recovery/all.log",
+    benchmark:
+        "results/benchmarks/recovery/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/page.py"

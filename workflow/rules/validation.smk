@@ -1,0 +1,260 @@
+# What the fit is worth: a position that it never saw, and what its uncertainty means for what follows.
+VALIDATION = config["validation"]
+PROPAGATION = config["propagation"]
+WRONG_MODEL = VALIDATION["wrong_model"]
+TWINS = [*WRONG_MODEL, *WRONG_MODEL.values()]
+PAGES["wrong_model"] = {"tables": ["wrong_model", "wrong_model_moduli"], "figures": ["wrong_model"]}
+PRESSED = ["fit", *range(PROPAGATION["pressed"])]
+VIEWED = ("voxel_mm", "dose_error_percent", "scatter_pixel_mm", "detector_kerma_ugy")
+
+
+def held_out(volunteer):
+    """The positions that no fit sees, of those that a volunteer was scanned in."""
+    return [p for p in positions(volunteer) if p in VALIDATION["positions"] and p not in SEGMENTED]
+
+
+def validated(volunteer):
+    """Every position that a prediction is compared with: fitted, then held out."""
+    return [*SEGMENTED, *held_out(volunteer)]
+
+
+def order_of(wildcards):
+    """The draws of a volunteer in their order of stiffness."""
+    return [f"results/propagation/{wildcards.v}/{wildcards.side}_order.csv"]
+
+
+def propagated(template):
+    """A path for every volunteer with a held-out position."""
+    return [template.format(v=v) for v in WOMEN if held_out(v)]
+
+
+wildcard_constraints:
+    rank="fit|[0-9]+",
+
+
+rule validate:
+    """One measured position against the prediction of the fitted body: markers, nipples, skin."""
+    input:
+        moduli="results/identification/{v}/moduli.csv",
+        stress_free="results/identification/{v}/stress_free.vtu",
+        start="results/meshes/{v}/prone.vtu",
+        start_fiducials="results/registration/{v}/prone_fiducials.csv",
+        measured="results/meshes/{v}/{p}.vtu",
+        fiducials="results/registration/{v}/{p}_fiducials.csv",
+        transform="results/registration/{v}/{p}.tfm",
+        library=library("validate.py"),
+    output:
+        rows="results/validation/{v}/{p}.csv",
+        shape="results/validation/{v}/{p}.vtu",
+    params:
+        fitted=lambda wildcards: wildcards.p in SEGMENTED,
+        gravity=lambda wildcards: gravity(wildcards.v, wildcards.p),
+        tissues=TISSUES,
+    log:
+        "results/logs/validate/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/validate/{v}_{p}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/validate.py"
+
+
+rule propagate:
+    """Every draw of the fit unloaded from the measured prone shape, and loaded in the held-out position."""
+    input:
+        samples="results/identification/{v}/samples.csv",
+        stress_free="results/identification/{v}/stress_free.vtu",
+        mesh="results/meshes/{v}/prone.vtu",
+        fiducials="results/registration/{v}/prone_fiducials.csv",
+        from_transform="results/registration/{v}/prone.tfm",
+        to_transform="results/registration/{v}/{p}.tfm",
+        library=library("propagate.py"),
+    output:
+        nipples="results/propagation/{v}/{p}_nipples.csv",
+        rests="results/propagation/{v}/{p}_stress_free.vtu",
+    params:
+        draws=PROPAGATION["draws"],
+        gravity=lambda wildcards: [gravity(wildcards.v, "prone"), gravity(wildcards.v, wildcards.p)],
+        tissues=TISSUES,
+    log:
+        "results/logs/propagate/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/propagate/{v}_{p}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/propagate.py"
+
+
+rule propagate_press:
+    """The fit between the plates, or the draw of one rank of stiffness: force and dose."""
+    input:
+        samples="results/identification/{v}/samples.csv",
+        rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
+        order=lambda wildcards: order_of(wildcards) if wildcards.rank != "fit" else [],
+        mesh="results/meshes/{v}/prone.vtu",
+        fiducials="results/registration/{v}/prone_fiducials.csv",
+        labels="results/segmentation/{v}/prone.nii.gz",
+        transform="results/registration/{v}/prone.tfm",
+        spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
+        library=library("propagate_press.py"),
+    output:
+        row="results/propagation/{v}/{side}_{rank}.csv",
+        shape="results/propagation/{v}/{side}_{rank}.vtu",
+    params:
+        pressed=PROPAGATION["pressed"],
+        plates={key: COMPRESSION[key] for key in ("plate_mm", "chest_gap_mm")},
+        thickness_mm=lambda wildcards: COMPRESSION["thickness_mm"][wildcards.v],
+        tissues=TISSUES,
+        view={key: XRAY[key] for key in VIEWED} | {"geometry": GEOMETRY},
+        seed=config["seed"],
+    log:
+        "results/logs/propagate_press/{v}_{side}_{rank}.log",
+    benchmark:
+        "results/benchmarks/propagate_press/{v}_{side}_{rank}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/propagate_press.py"
+
+
+rule propagate_order:
+    """How much energy every draw would store in the fit's shape between the plates: its order of stiffness."""
+    input:
+        samples="results/identification/{v}/samples.csv",
+        rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
+        fit="results/propagation/{v}/{side}_fit.vtu",
+        mesh="results/meshes/{v}/prone.vtu",
+        library=library("propagate_order.py"),
+    output:
+        "results/propagation/{v}/{side}_order.csv",
+    params:
+        draws=PROPAGATION["draws"],
+        tissues=TISSUES,
+    log:
+        "results/logs/propagate_order/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/propagate_order/{v}_{side}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/propagate_order.py"
+
+
+rule propagation_rows:
+    """The interval of everything that follows from the moduli, beside what was measured."""
+    input:
+        nipples=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_nipples.csv",
+        fiducials=lambda wildcards: f"results/registration/{wildcards.v}/{held_out(wildcards.v)[0]}_fiducials.csv",
+        order=expand("results/propagation/{{v}}/{side}_order.csv", side=COMPRESSION["sides"]),
+        pressed=expand(
+            "results/propagation/{{v}}/{side}_{rank}.csv", side=COMPRESSION["sides"], rank=PRESSED
+        ),
+        library=library("propagation_rows.py"),
+    output:
+        rows="results/propagation/{v}/rows.csv",
+        pressed_rows="results/propagation/{v}/pressed.csv",
+    log:
+        "results/logs/propagation_rows/{v}.log",
+    benchmark:
+        "results/benchmarks/propagation_rows/{v}.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/propagation_rows.py"
+
+
+rule figure_validation:
+    """A position that no fit saw, predicted over measured."""
+    input:
+        shapes=lambda wildcards: [f"results/validation/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
+        measured=lambda wildcards: [f"results/meshes/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
+        fiducials="results/registration/{v}/{p}_fiducials.csv",
+        library=library("figure_validation.py"),
+    output:
+        "results/study/figures/validation_{v}_{p}.png",
+    params:
+        fitted=lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)},
+    log:
+        "results/logs/figure_validation/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/figure_validation/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_validation.py"
+
+
+rule figure_propagation:
+    """What the interval of the moduli means for nipple, force and dose."""
+    input:
+        table="results/study/propagation.csv",
+        library=library("figure_propagation.py"),
+    output:
+        "results/study/figures/propagation.png",
+    log:
+        "results/logs/figure_propagation/all.log",
+    benchmark:
+        "results/benchmarks/figure_propagation/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_propagation.py"
+
+
+rule wrong_model_table:
+    """What a fit whose model leaves something out costs: errors and moduli beside those of a woman's twin."""
+    input:
+        validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in TWINS for p in validated(v)],
+        moduli=expand("results/identification/{v}/moduli.csv", v=TWINS),
+        library=library("wrong_model_table.py"),
+    output:
+        table="results/study/wrong_model.csv",
+        moduli="results/study/wrong_model_moduli.csv",
+        numbers="results/study/wrong_model.json",
+    params:
+        twins=WRONG_MODEL,
+    log:
+        "results/logs/wrong_model_table/all.log",
+    benchmark:
+        "results/benchmarks/wrong_model_table/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/wrong_model_table.py"
+
+
+rule figure_wrong_model:
+    """Errors of a woman whom the fit's model cannot describe, beside those of her twin."""
+    input:
+        table="results/study/wrong_model.csv",
+        library=library("figure_wrong_model.py"),
+    output:
+        "results/study/figures/wrong_model.png",
+    log:
+        "results/logs/figure_wrong_model/all.log",
+    benchmark:
+        "results/benchmarks/figure_wrong_model/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_wrong_model.py"
+
+
+rule wrong_model:
+    """What a fit costs whose model leaves out what the woman has, on demand: results/study/wrong_model.html."""
+    input:
+        **page("wrong_model"),
+        library=library("page.py"),
+    output:
+        "results/study/wrong_model.html",
+    log:
+        "results/logs/wrong_model/all.log",
+    benchmark:
+        "results/benchmarks/wrong_model/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/page.py"

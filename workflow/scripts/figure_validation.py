@@ -1,0 +1,41 @@
+"""A position that no fit saw, predicted over measured, and the distances of the skin in every position."""
+
+import _log
+import numpy as np
+
+from mammosim.figures.validation import SkinMap, prediction
+from mammosim.io.fiducials import read_fiducials
+from mammosim.io.figures import write_figure
+from mammosim.io.meshes import read_mesh
+from mammosim.meshing.distance import distance_opposite, distance_to_rim
+from mammosim.study.validation import CUT_MM, skin_distances
+
+
+def main(files: dict, position: str, fitted: dict[str, bool], out: str) -> None:
+    pairs = {
+        name: (read_mesh(shape), read_mesh(measured))
+        for name, shape, measured in zip(fitted, files["shapes"], files["measured"])
+    }
+    known = {name: pair for name, pair in pairs.items() if np.isfinite(pair[0].points).all()}
+    distances = {
+        f"{name.replace('_', ' ')}, {'fitted' if fitted[name] else 'held out'}": skin_distances(*pair)
+        for name, pair in known.items()
+    }
+    measured = pairs[position][1]
+    shapes, away = {"measured": measured}, np.full(len(measured.boundary_nodes("skin")), np.nan)
+    if position in known:
+        shapes["predicted"] = known[position][0]
+        near_cut = distance_to_rim(measured) < CUT_MM
+        away = np.where(near_cut, np.nan, distance_opposite(measured, shapes["predicted"]))
+    x, _, z = read_fiducials(files["fiducials"]).point("nipple_left")
+    write_figure(prediction(shapes, SkinMap(measured, away), distances, x_mm=x, z_mm=z), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()),
+        snakemake.wildcards.p,
+        dict(snakemake.params.fitted),
+        snakemake.output[0],
+    )

@@ -1,0 +1,42 @@
+"""Every draw of the fit unloaded, and loaded in a new position: its nipples, and its shape at rest."""
+
+import _log
+
+from mammosim.io.fiducials import read_fiducials
+from mammosim.io.meshes import read_mesh, write_mesh
+from mammosim.io.tables import read_table, write_table
+from mammosim.io.transforms import read_transform
+from mammosim.mechanics.inverse import inverse
+from mammosim.mechanics.sides import SIDES
+from mammosim.study.configuration import gravity_vector
+from mammosim.study.moduli import Moduli
+from mammosim.study.propagation import nipple_table, posed
+
+
+def main(files: dict[str, str], volunteer: str, settings: dict) -> None:
+    mesh, fiducials = read_mesh(files["mesh"]), read_fiducials(files["fiducials"])
+    samples = read_table(files["samples"]).head(settings["draws"])
+    turned = [read_transform(files[name]).R for name in ("from_transform", "to_transform")]
+    gravity, new_gravity = (R @ gravity_vector(text) for R, text in zip(turned, settings["gravity"]))
+    draws = posed(
+        mesh,
+        [Moduli.of_draw(row).body(mesh, settings["tissues"], middle_mm=0.0) for _, row in samples.iterrows()],
+        unload=inverse,
+        gravity=gravity,
+        new_gravity=new_gravity,
+        rest=read_mesh(files["stress_free"]).points,
+    )
+    nipples = {side: fiducials.point(f"nipple_{side}") for side in SIDES}
+    table = nipple_table(mesh, nipples, draws)
+    table.insert(0, "volunteer", volunteer)
+    write_table(table, files["nipples"])
+    write_mesh(mesh, files["rests"], point_data={f"draw_{n}": draw.rest for n, draw in enumerate(draws)})
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        snakemake.wildcards.v,
+        dict(snakemake.params.items()),
+    )

@@ -1,0 +1,33 @@
+"""How much energy every draw would store in the fit's shape between the plates."""
+
+import _log
+import numpy as np
+import pandas as pd
+
+from mammosim.core.units import UJ_PER_MJ
+from mammosim.io.meshes import read_mesh, read_point_data
+from mammosim.io.tables import read_table, write_table
+from mammosim.study.moduli import Moduli
+from mammosim.study.propagation import stored_energy
+
+
+def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:
+    mesh, x = read_mesh(files["mesh"]), read_mesh(files["fit"]).points
+    energies = []
+    for number, draw in read_table(files["samples"]).head(settings["draws"]).iterrows():
+        rest = read_point_data(files["rests"], f"draw_{number}")
+        body = Moduli.of_draw(draw).body(mesh, settings["tissues"], middle_mm=0.0)
+        refused = not np.isfinite(rest).all()
+        energies.append(np.nan if refused else stored_energy(body, mesh.moved_to(rest), x) / UJ_PER_MJ)
+    table = pd.DataFrame({"draw": range(len(energies)), "stored_energy_mj": energies})
+    write_table(table.assign(**job)[[*job, "draw", "stored_energy_mj"]], out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()),
+        {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
+        dict(snakemake.params.items()),
+        snakemake.output[0],
+    )

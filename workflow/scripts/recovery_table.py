@@ -1,0 +1,22 @@
+"""The moduli of all made volunteers, how often each was found, and the numbers that the page quotes."""
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.study.recovery import by_tissue, numbers
+
+COLUMNS = ["seed", "side", "tissue", "true_kpa", "fitted_kpa", "low_kpa", "high_kpa", "inside_95", "seconds"]
+
+
+def main(rows: list[str], table: str, tissues: str, facts: str) -> None:
+    moduli = pd.concat([read_table(path) for path in rows], ignore_index=True)
+    write_table(moduli[[*COLUMNS, "identifiable"]], table)
+    write_table(by_tissue(moduli), tissues)
+    write_json(numbers(moduli), facts)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    out = snakemake.output
+    main(snakemake.input.rows, out.table, out.tissues, out.numbers)

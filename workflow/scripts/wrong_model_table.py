@@ -1,0 +1,23 @@
+"""Errors and moduli of a woman whom the fit's model cannot describe, beside those of her twin."""
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.study.wrong_model import costs, moduli_beside, numbers
+
+
+def main(files: dict, twins: dict[str, str]) -> None:
+    validation, moduli = (
+        pd.concat(map(read_table, files[name]), ignore_index=True) for name in ("validated", "found")
+    )
+    table, beside = costs(validation, twins), moduli_beside(moduli, twins)
+    write_table(table, files["table"])
+    write_table(beside, files["moduli"])
+    write_json(numbers(table, beside), files["numbers"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    inputs = {"validated": snakemake.input.validated, "found": snakemake.input.moduli}
+    main(inputs | dict(snakemake.output.items()), dict(snakemake.params.twins))
