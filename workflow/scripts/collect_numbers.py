@@ -15,6 +15,7 @@ KEYS = {
     "segmentation_overlap": ("volunteer", "position", "tissue"),
     "sweep": ("volunteer", "youngs_modulus_kpa"),
     "upright": ("volunteer", "skin_kpa"),
+    "morph": ("volunteer", "level"),
     "stress_free": ("volunteer", "position", "method", "iteration"),
     "stress_free_error": ("volunteer", "method"),
     "unloading": ("volunteer", "youngs_modulus_kpa", "method"),
