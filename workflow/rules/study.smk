@@ -15,6 +15,7 @@ TABLES = {
         for v in DIGITAL_WOMEN
         for method in STRESS_FREE["methods"]
     ],
+    "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),

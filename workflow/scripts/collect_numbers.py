@@ -17,6 +17,7 @@ KEYS = {
     "upright": ("volunteer", "skin_kpa"),
     "stress_free": ("volunteer", "position", "method", "iteration"),
     "stress_free_error": ("volunteer", "method"),
+    "moduli": ("volunteer", "side", "tissue"),
     "validation": ("volunteer", "position", "quantity"),
     "propagation": ("volunteer", "side", "quantity"),
     "propagation_pressed": ("volunteer", "side", "rank"),
