@@ -19,6 +19,7 @@ TABLES = {
     "unloading": [
         f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
     ],
+    "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),

@@ -19,6 +19,7 @@ KEYS = {
     "stress_free": ("volunteer", "position", "method", "iteration"),
     "stress_free_error": ("volunteer", "method"),
     "unloading": ("volunteer", "youngs_modulus_kpa", "method"),
+    "moduli": ("volunteer", "side", "tissue"),
     "validation": ("volunteer", "position", "quantity"),
     "propagation": ("volunteer", "side", "quantity"),
     "propagation_pressed": ("volunteer", "side", "rank"),
