@@ -29,6 +29,10 @@ class TangentSolver(Protocol):
         """x (n_free,), |K x - b| <= tolerance |b|. Raises IndefiniteTangent when K is found not definite."""
         ...
 
+    def again(self, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """As solve, with the K of the last solve, which must not have been given back."""
+        ...
+
     def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """As solve, of a K that is positive semidefinite by construction, up to rounding."""
         ...
@@ -74,6 +78,10 @@ class DirectSolver:
         negative = self._negative_pivots(K)
         if negative:
             raise IndefiniteTangent(negative)
+        return self._solved(b)
+
+    def again(self, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """See TangentSolver."""
         return self._solved(b)
 
     def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:

@@ -102,17 +102,19 @@ class Linearised:
 
         Raises IndefiniteTangent when K is not positive definite.
         """
-        free, n = self.system.rows.free, len(self.system.rows.free)
+        free, n, solver = self.system.rows.free, len(self.system.rows.free), self.system.solver
+        b = b.ravel()[free]
+        first = -solver.solve(self.K, b, _PRECONDITIONER_ACCURACY)
 
         def J(v: np.ndarray) -> np.ndarray:
             return self.along(self.system.spread(v)).ravel()[free]
 
         def M(r: np.ndarray) -> np.ndarray:
-            return -self.system.solver.solve(self.K, r, _PRECONDITIONER_ACCURACY)
+            return -solver.again(r, _PRECONDITIONER_ACCURACY)
 
         operator, preconditioner = (LinearOperator((n, n), matvec=f, dtype=float) for f in (J, M))
         v, _ = gcrotmk(
-            operator, b.ravel()[free], M=preconditioner, rtol=accuracy, atol=0.0, m=_RESTART, maxiter=_CYCLES
+            operator, b, x0=first, M=preconditioner, rtol=accuracy, atol=0.0, m=_RESTART, maxiter=_CYCLES
         )
         return self.system.spread(v)
 

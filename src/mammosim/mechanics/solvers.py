@@ -43,6 +43,7 @@ class MultigridSolver:
         self._rows = rows
         self._held, self._order = held[pattern.order], pattern.order
         self._direct: DirectSolver | None = None
+        self._last: Tangent | None = None
         self.iterations = 0
 
     @property
@@ -59,13 +60,22 @@ class MultigridSolver:
         """See TangentSolver."""
         if self._direct is not None:
             return self._direct.solve(K, b, tolerance)
+        self._cycle.prepare(K)
+        self._last = K
+        return self.again(b, tolerance)
+
+    def again(self, b: np.ndarray, tolerance: float) -> np.ndarray:
+        """See TangentSolver."""
+        if self._direct is not None:
+            return self._direct.again(b, tolerance)
+        if self._last is None:
+            raise ValueError("no tangent was solved with before")
         try:
-            self._cycle.prepare(K)
-            if K.constraint is not None:
-                return self._constrained(K.constraint, b, tolerance)
+            if self._last.constraint is not None:
+                return self._constrained(self._last.constraint, b, tolerance)
             return self._conjugate_gradients(b, tolerance)
         except _TooManySteps:
-            return self._direct_from_now_on().solve(K, b, tolerance)
+            return self._direct_from_now_on().solve(self._last, b, tolerance)
 
     def solve_projected(self, K: Tangent, b: np.ndarray, tolerance: float) -> np.ndarray:
         """See TangentSolver; ends at a direction of descent where rounding makes p . K p negative."""
