@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 class FitSettings:
     """tolerance: of the last step, in standard deviations of the posterior; largest_step: of ln E.
 
-    errors: the least that the data are taken to have; halvings: of a step that raises Phi, before it gives up.
+    errors: the least that the data are taken to have; halvings: of a step that raises Phi.
     """
 
     tolerance: float = 0.1
@@ -134,6 +134,6 @@ def _improved(
             log.info("fit: the step is halved, Phi would rise from %.1f to %.1f", before, after)
         step = step / 2
     raise MechanicsError(
-        f"no step lowers what is left of the data below Phi = {before:.4g}; see the pair's diagnosis, or begin "
-        "from the best point of the grid"
+        f"no step lowers what is left of the data below Phi = {before:.4g}; "
+        "see the diagnosis of the pair, or begin from the best point of the grid"
     )

@@ -5,9 +5,9 @@ study.pair and the prior make
 
     Phi = |r(theta)|^2 / 2 + sum_j ((theta_j - theta0_j) / s_j)^2 / 2
 
-minimised by Gauss-Newton, damped after Levenberg and Marquardt. theta: ln E by side and tissue, and what else
+minimised by Gauss-Newton in study.fit. theta: ln E by side and tissue, and what else
 is uncertain and moves the prediction, so that its error enters the intervals: nu, and the rigid motion that
-registration left. Derivatives are those of the equilibria: of R(X, theta) = 0 prone and S(x, X, theta) = 0 supine,
+registration left. Derivatives are those of the equilibria, R(X, theta) = 0 prone and S(x, X, theta) = 0 supine:
 
     J X' = - dR/dtheta,   K x' = - (dS/dtheta + dS/dX X')
 """
@@ -31,7 +31,7 @@ OTHERS = ("poisson_ratio", "shift_x_mm", "shift_y_mm", "shift_z_mm", "turn_x_deg
 MECHANICAL = N_MODULI + 1  # parameters that change the equilibria: the moduli and nu
 # Difference from which derivatives by a parameter are taken: of ln E, and downward of nu.
 _STEP = 1e-4
-_SENSITIVITY_ACCURACY = 1e-2
+_SENSITIVITY_ACCURACY = 0.05
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,8 @@ class Problem:
         body = self.body(state.theta)
         rest = mesh.moved_to(state.rest)
         potential = Potential(body.effects(rest), (body.weight(rest, goal.gravity),))
-        S, dx = potential.gradient(state.x), []
+        S = potential.gradient(state.x)
+        dx: list[np.ndarray] = []
         with system_of(potential, held_nodes(mesh)) as system:
             K = potential.tangent(state.x, system.pattern)
             for (varied, h), change in zip(bodies, dX):

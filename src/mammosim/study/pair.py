@@ -77,7 +77,7 @@ class Pair:
 
     @cached_property
     def news(self) -> np.ndarray:
-        """(n_skin,) how much of an independent distance each node stands for: its area over that of errors."""
+        """(n_skin,) of how much of an independent distance each node tells: its area over that of errors."""
         faces = self.start.mesh.boundaries["skin"]
         a, b, c = (self.start.mesh.points[faces[:, i]] for i in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
@@ -112,7 +112,7 @@ class Pair:
         return self.markers.carry_above(self._given, self.start.mesh.points, x)
 
     def contacts(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (n,) of the nodes that count at x (n_node, 3), nearest points (n, 3), and normals (n, 3)."""
+        """Numbers (n,) of the nodes that count at x (n_node, 3), nearest points and normals (n, 3)."""
         surface, normals, edge = self._goal_skin
         nodes = self.skin[self.counted]
         q, piece = surface(x[nodes])

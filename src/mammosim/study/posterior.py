@@ -23,7 +23,7 @@ WITHIN = 3.0
 
 
 def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float) -> pd.DataFrame:
-    """A row per side and tissue: volunteer, side, tissue, fitted_kpa, low_kpa, high_kpa, identifiable, reason.
+    """A row per side and tissue: fitted_kpa, low_kpa, high_kpa, identifiable, reason.
 
     fascia_mm: the thickness that superficial fascia would have.
     """
