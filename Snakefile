@@ -20,6 +20,7 @@ wildcard_constraints:
 include: "workflow/rules/volunteers.smk"
 include: "workflow/rules/images.smk"
 include: "workflow/rules/mesh.smk"
+include: "workflow/rules/morph.smk"
 include: "workflow/rules/mechanics.smk"
 include: "workflow/rules/unloading.smk"
 include: "workflow/rules/compression.smk"

@@ -6,6 +6,7 @@ PICTURES = [
     *over("mesh_{v}_{p}", p=SEGMENTED),
     "sweep",
     *over("upright_{v}"),
+    *over("morph_{v}"),
     *over("stress_free_{v}"),
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
     "convergence",

@@ -4,6 +4,7 @@ TABLES = {
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
     "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", validated),
     "mesh_quality": over("results/meshes/{v}/{p}_quality.csv", p=SEGMENTED),
+    "morph": over("results/morph/{v}/morph.csv"),
     "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", kpa=SWEEP["youngs_modulus_kpa"]),
     "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", kpa=UPRIGHT["skin_kpa"]),
     "stress_free": over(
@@ -18,6 +19,7 @@ TABLES = {
     "unloading": [
         f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
     ],
+    "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),

@@ -17,6 +17,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "cells_largest": _cells(tables),
         "best_nipple_error_mm": _extreme(tables, "sweep", "nipple_left_mm", "min"),
         "sweep_refused": _refused(tables, "sweep"),
+        **_morph(tables),
         "upright_refused": _refused(tables, "upright"),
         "skin_reduction_max_percent": _skin_reduction(tables),
         "unloading_residual_max_mm": _last_residual(tables),
@@ -42,6 +43,16 @@ def _extreme(tables: Mapping[str, pd.DataFrame], table: str, column: str, which:
     if table not in tables or tables[table][column].isna().all():
         return None
     return float(tables[table][column].agg(which))
+
+
+def _morph(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """How near the morphed skins came, and how much volume the worst cell keeps, over the volunteers."""
+    last = {"morph": tables["morph"].groupby("volunteer").last()} if "morph" in tables else {}
+    return {
+        "morph_mean_mm": _extreme(last, "morph", "mean_mm", "max"),
+        "morph_facing_mm": _extreme(last, "morph", "facing_mean_mm", "max"),
+        "morph_smallest_J": _extreme(last, "morph", "smallest_J", "min"),
+    }
 
 
 def _percent(part: float | None) -> float | None:

@@ -1,4 +1,4 @@
-"""Points that move with the skin: nipples and markers, held by the face of the mesh that they lie on."""
+"""Points that move with a boundary: nipples and markers, held by the face of the mesh that they lie on."""
 
 from dataclasses import dataclass
 
@@ -6,18 +6,21 @@ import numpy as np
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import SUBTRIANGLES, TetMesh
+from mammosim.meshing.nearest import NearestOnTriangles
 
 # Barycentric coordinates (6, 3) of the nodes of a quadratic triangle.
 NODES = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
+PIECES = np.array(SUBTRIANGLES)
 
 
 @dataclass(frozen=True)
 class MaterialPoints:
-    """Points of the skin: nodes (n, 6) of the face that carries each, weights (n, 6), offset_mm (n,).
+    """Points of the skin: the face (n,) that carries each, its nodes (n, 6), weights (n, 6), offset_mm (n,).
 
     weights: values of the face's shape functions, N_a; offset_mm: how far the point given was from the skin.
     """
 
+    face: np.ndarray
     nodes: np.ndarray
     weights: np.ndarray
     offset_mm: np.ndarray
@@ -32,12 +35,12 @@ class MaterialPoints:
             raise MeshError(
                 f"the mesh has no boundary {boundary!r}; it has: {', '.join(mesh.boundaries) or 'none'}"
             )
-        faces = mesh.boundaries[boundary]
+        faces, points = mesh.boundaries[boundary], np.reshape(points, (-1, 3))
         corners = mesh.points[faces[:, SUBTRIANGLES].reshape(-1, 3)]
-        nearest = [_nearest(point, corners) for point in np.reshape(points, (-1, 3))]
-        triangle, b, offset = map(np.array, zip(*nearest))
-        L = np.einsum("nc,ncd->nd", b, NODES[np.array(SUBTRIANGLES)[triangle % 4]])
-        return cls(faces[triangle // 4], shape_functions(L), offset)
+        nearest, triangle = NearestOnTriangles(corners)(points)
+        L = np.einsum("nc,ncd->nd", _barycentric(nearest, corners[triangle]), NODES[PIECES[triangle % 4]])
+        offset = np.linalg.norm(nearest - points, axis=1)
+        return cls(triangle // 4, faces[triangle // 4], shape_functions(L), offset)
 
     def carry(self, points: np.ndarray) -> np.ndarray:
         """Where they are, (n, 3), when the nodes of the mesh are at points (n_node, 3): x = sum_a N_a x_a."""
@@ -79,31 +82,10 @@ def shape_functions(L: np.ndarray) -> np.ndarray:
     return np.hstack([corners, edges])
 
 
-def _nearest(point: np.ndarray, corners: np.ndarray) -> tuple[int, np.ndarray, float]:
-    """Number of the nearest of triangles (n, 3, 3), barycentric coordinates (3,) there, and distance, mm."""
-    b = np.concatenate([_inside(point, corners)[None], *(_edge(point, corners, k)[None] for k in range(3))])
-    distance = np.linalg.norm(np.einsum("knc,ncd->knd", b, corners) - point, axis=2)
-    distance[np.min(b, axis=2) < 0] = np.inf
-    kind, triangle = np.unravel_index(np.argmin(distance), distance.shape)
-    return int(triangle), b[kind, triangle], float(distance[kind, triangle])
-
-
-def _inside(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates (n, 3) of the projection onto each plane; negative outside the triangle."""
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    w = point - a
-    uu, uv, vv = (np.einsum("nd,nd->n", *pair) for pair in ((u, u), (u, v), (v, v)))
-    uw, vw = np.einsum("nd,nd->n", u, w), np.einsum("nd,nd->n", v, w)
+def _barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Coordinates (n, 3) of points (n, 3) in the planes of triangles (n, 3, 3); (1, 0, 0) if degenerate."""
+    u, v, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], points - corners[:, 0]
+    uu, uv, vv, uw, vw = (np.einsum("nd,nd->n", *p) for p in ((u, u), (u, v), (v, v), (u, w), (v, w)))
     D = np.maximum(uu * vv - uv**2, np.finfo(float).tiny)
     s, t = (vv * uw - uv * vw) / D, (uu * vw - uv * uw) / D
     return np.stack([1 - s - t, s, t], axis=1)
-
-
-def _edge(point: np.ndarray, corners: np.ndarray, k: int) -> np.ndarray:
-    """Barycentric coordinates (n, 3) of the nearest point of edge k of each triangle."""
-    a, b = corners[:, k], corners[:, (k + 1) % 3]
-    length2 = np.maximum(np.einsum("nd,nd->n", b - a, b - a), np.finfo(float).tiny)
-    s = np.clip(np.einsum("nd,nd->n", b - a, point - a) / length2, 0, 1)
-    weights = np.zeros((len(corners), 3))
-    weights[:, k], weights[:, (k + 1) % 3] = 1 - s, s
-    return weights

@@ -74,7 +74,7 @@ def _posed(
     moved: np.ndarray | None = None
     for body in progress(bodies, label="draws", total=len(bodies)):
         try:
-            rest = unload(measured, body, gravity=gravity, start=near).points
+            rest = _rest(measured, body, unload, gravity, near)
             x = body.load(measured.moved_to(rest), new_gravity, start=moved).points
         except (EquilibriumError, MechanicsError) as error:
             log.info("a draw was refused: %s", error)
@@ -84,6 +84,15 @@ def _posed(
             if moved is None:
                 near, moved = rest, x
             yield Posed(rest, x)
+
+
+def _rest(measured: TetMesh, body: Body, unload: Unload, gravity: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """The stress-free shape (n_node, 3), from a neighbouring one or, where that leads nowhere, from none."""
+    try:
+        return unload(measured, body, gravity=gravity, start=near).points
+    except (EquilibriumError, MechanicsError) as error:
+        log.info("the start is dropped: %s", error)
+        return unload(measured, body, gravity=gravity).points
 
 
 def nipple_table(

@@ -19,6 +19,7 @@ from mammosim.figures import (
     deformation,
     hard_cases,
     literature,
+    morph,
     radiograph,
     surfaces,
     unloading,
@@ -72,9 +73,18 @@ def shot() -> dict[str, Any]:
             "lesion": np.hypot(v - 20, u - 40) < 4}  # fmt: skip
 
 
+def morph_history() -> pd.DataFrame:
+    return pd.DataFrame({"level": [0, 1, 2], "stiffness_kpa_per_mm": [0, 0.1, 1.0], "mean_mm": [5, 1.0, 0.3],
+                         "p95_mm": [9, 2.0, 0.9], "energy_uj": [0, 2e4, 4e4]})  # fmt: skip
+
+
 CASES: dict[str, Callable[[Any], Figure]] = {
     "positions": lambda t: volunteers.positions(
         dict.fromkeys(GRAVITY, t.image), dict.fromkeys(GRAVITY, t.fiducials), GRAVITY
+    ),
+    "morph": lambda t: morph.morph(
+        {"prone": t.mesh, "supine": t.flat, "morphed": t.flat, "mean": t.mesh},
+        np.linspace(0, 3, len(t.flat.points)), morph_history(), x_mm=75.0, z_mm=0.0,
     ),
     "registration": lambda t: volunteers.registration(
         t.image, t.image, t.image,

@@ -19,6 +19,7 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics import effects
 from mammosim.mechanics.body import Fascia, Skin
 from mammosim.mechanics.effects import (
+    Attraction,
     Buoyancy,
     EllipticCylinder,
     Fibres,
@@ -38,7 +39,7 @@ TISSUES = {Label.ADIPOSE: Tissue(1.0, 0.45, 0.95)}
 NEARLY_INCOMPRESSIBLE = {Label.ADIPOSE: Tissue(1.0, 0.4999, 0.95)}
 TURN = rotation(np.array([30.0, -70.0, 110.0]))
 # Effects of what surrounds the body: they hold it, or weigh on it, in one place and direction.
-SURROUNDINGS = ("weight", "part of the weight", "water", "plate", "chest wall", "sliding")
+SURROUNDINGS = ("weight", "part of the weight", "water", "plate", "chest wall", "sliding", "attraction")
 ELASTIC = ("bulk", "nearly incompressible bulk", "skin", "fascia", "fibres", "stiffening fibres", "springs")
 NAMES = ELASTIC + SURROUNDINGS
 
@@ -73,9 +74,21 @@ def effect(name, R=None):
         "water": lambda: Buoyancy.of(mesh, down, level_mm=1.0, waterline_mm=6.0),
         "plate": lambda: RigidPlate(faces, face_quadrature(mesh.points, faces).areas, paddle, 3.0),
         "chest wall": lambda: chest_wall_contact(mesh, ribs, boundary="skin", penalty=3.0),
+        "attraction": lambda: attraction(faces, R),
         "sliding": lambda: Sliding.of(mesh, ribs, normal_stiffness=5.0, tangential_stiffness=0.3),
     }
     return made[name]()
+
+
+def attraction(faces, R):
+    """Of 30 points, some on the same face, to places and along normals turned by R (3, 3)."""
+    rng, n = generator("attraction"), 30
+    normals = rng.standard_normal((n, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    L = rng.dirichlet(np.ones(3), n)
+    N = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)])
+    face, places = rng.integers(0, len(faces) // 2, n), rng.uniform(0, 12, (n, 3))
+    return Attraction(faces, face, N, places @ R.T, normals @ R.T, rng.uniform(1, 5, n), 0.2)
 
 
 @pytest.fixture(scope="module")

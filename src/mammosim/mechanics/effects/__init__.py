@@ -1,5 +1,6 @@
 """Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
 
+from mammosim.mechanics.effects.attraction import Attraction
 from mammosim.mechanics.effects.bulk import NeoHookean
 from mammosim.mechanics.effects.buoyancy import Buoyancy
 from mammosim.mechanics.effects.chest_wall import EllipticCylinder, chest_wall_contact
@@ -14,6 +15,7 @@ from mammosim.mechanics.effects.springs import Springs
 from mammosim.mechanics.effects.weight import Weight
 
 __all__ = [
+    "Attraction",
     "Buoyancy",
     "ContactState",
     "Effect",
