@@ -22,11 +22,10 @@ def identification(
     Grey bars: 95 % of the prior. Hollow: not identifiable from these data.
     """
     figure = new_figure(5.6)
-    above, below = figure.subfigures(2, 1, height_ratios=(1.15, 1))
-    chart, way = above.subplots(1, 2, width_ratios=(1.2, 1))
-    _draw_map(figure, chart, grid)
-    _draw_way(way, history)
-    _draw_moduli(below.subplots(), moduli, prior)
+    axes = figure.subplot_mosaic([["map", "way"], ["moduli", "moduli"]], width_ratios=(1.2, 1))
+    _draw_map(figure, axes["map"], grid)
+    _draw_way(axes["way"], history)
+    _draw_moduli(axes["moduli"], moduli, prior)
     return figure
 
 
@@ -55,11 +54,9 @@ def _draw_way(ax: Axes, history: pd.DataFrame) -> None:
 
 
 def _draw_moduli(ax: Axes, moduli: pd.DataFrame, prior: Mapping[str, Mapping[str, float]]) -> None:
-    for place, tissue in enumerate(TISSUES):
+    for n, tissue in enumerate(TISSUES):
         median, reach = prior["median_kpa"][tissue], prior["factor"][tissue] ** 1.96
-        ax.plot(
-            [median / reach, median * reach], [place, place], color="#d5dae0", lw=14, solid_capstyle="butt"
-        )
+        ax.plot([median / reach, median * reach], [n, n], color="#d5dae0", lw=14, solid_capstyle="butt")
     for row in moduli[moduli.tissue.isin(TISSUES)].itertuples():
         marker, colour, aside = SIDES[str(row.side)]
         place = TISSUES.index(str(row.tissue)) + aside

@@ -56,9 +56,9 @@ def require_explained(pair: Pair, fit: Fit) -> None:
     if left.skin_rms_mm <= LARGEST_SKIN_MM and left.marker_rms_mm <= LARGEST_MARKER_MM:
         return
     raise IdentificationError(
-        f"no moduli explain both positions: the best leave {left.skin_rms_mm:.1f} mm of the skin and "
-        f"{left.marker_rms_mm:.1f} mm of the markers (at most {LARGEST_SKIN_MM:g} and {LARGEST_MARKER_MM:g} mm). "
-        + other_woman(pair)
+        f"no moduli explain both positions: the best leave {left.skin_rms_mm:.1f} mm of the skin (at most "
+        f"{LARGEST_SKIN_MM:g}) and {left.marker_rms_mm:.1f} mm of the markers (at most "
+        f"{LARGEST_MARKER_MM:g}). {other_woman(pair)}"
     )
 
 

@@ -88,7 +88,7 @@ def data_errors(problem: Problem, state: State, least: Errors) -> Errors:
 
 
 def left_over(problem: Problem, state: State) -> tuple[float, float]:
-    """What is left of the data: root mean squares, mm: of the skin's distances, by news, and of the markers' coordinates."""
+    """What is left of the data, root mean squares in mm: of the skin by news, of markers' coordinates."""
     unit = Errors(1.0, 1.0)
     r, m = problem.residual(state, unit), 3 * len(problem.pair.shared)
     news = problem.news(state).sum()

@@ -27,8 +27,8 @@ from mammosim.study.points import MaterialPoints
 
 # Skin this near to where a body was cut out is held there: it says nothing about moduli.
 CUT_MM = 20.0
-# Skin with less tissue than this between it and what is held hardly moves either; what is left of it after a fit
-# is two to three times what is left of the breasts, where elements are smaller (decisions/identification.md).
+# Skin with less tissue than this between it and what is held hardly moves either; after a fit it leaves two
+# to three times what the breasts leave, whose elements are smaller (decisions/identification.md).
 DEPTH_MM = 30.0
 # ASSUME: errors of a measured skin are alike within this distance, so that nearer nodes are no news.
 CORRELATED_MM = 15.0
