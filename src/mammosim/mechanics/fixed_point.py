@@ -2,7 +2,7 @@
 
 X is the guess of the stress-free shape, x(X) its equilibrium under gravity, d = x(X) - measured. What a fixed
 point does about d is its Correction; how far it goes along is its Steps. Every equilibrium begins at the
-last one, moved by the step: about half the factorisations of one that begins at rest.
+last one, moved by the step, and ends where what is left is small beside the tolerance.
 """
 
 import logging
@@ -17,6 +17,8 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.elastic import carried
+from mammosim.mechanics.loading import Settings
+from mammosim.mechanics.newton import NewtonSettings
 from mammosim.mechanics.reference import smallest_jacobians
 from mammosim.mechanics.unloaded import DEFAULT, Unloaded, UnloadingSettings, UnloadingStep
 
@@ -120,7 +122,8 @@ class FixedPoint:
     def _loaded(self, X: np.ndarray, x: np.ndarray | None) -> Guess:
         """The guess X, loaded from the neighbouring shape x, or from rest."""
         mesh = self.measured.moved_to(X)
-        state = self.body.load(mesh, np.asarray(self.gravity), start=x)
+        solver = Settings(newton=NewtonSettings(tolerance=self.settings.load_tolerance))
+        state = self.body.load(mesh, np.asarray(self.gravity), start=x, settings=solver)
         return Guess(mesh, state.points, state.points - self.measured.points, state.factorisations)
 
     def _tried(self, guess: Guess) -> Tried:

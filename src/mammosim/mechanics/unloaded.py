@@ -43,6 +43,14 @@ class UnloadingSettings:
     max_iterations: int = 40
     smallest_damping: float = 1 / 16
 
+    @property
+    def load_tolerance(self) -> float:
+        """Of the free forces relative to the weight, for each equilibrium on the way.
+
+        It leaves about that part of the displacement, up to 50 mm: a hundredth of tolerance_mm.
+        """
+        return max(1e-2 * self.tolerance_mm / 50, 1e-8)
+
 
 DEFAULT = UnloadingSettings()
 

@@ -93,8 +93,8 @@ def anderson(
     start: np.ndarray | None = None,
     settings: UnloadingSettings = DEFAULT,
 ) -> Unloaded:
-    """The fixed point of Carter with Anderson's acceleration; see Method."""
-    return FixedPoint(measured, body, gravity, Nodal(), Anderson(), settings).from_start(start)
+    """The fixed point with the difference pulled back, by Anderson's acceleration; see Method."""
+    return FixedPoint(measured, body, gravity, PulledBack(), Anderson(), settings).from_start(start)
 
 
 def inverse(
