@@ -47,13 +47,6 @@ class MaterialPoints:
         return np.einsum("na,nad->nd", self.weights, points[self.nodes])
 
     def normals(self, points: np.ndarray) -> np.ndarray:
-<<<<<<< HEAD
-        """Unit normals (n, 3), outward, of the flat triangles through the corners of the faces."""
-        a, b, c = (points[self.nodes[:, i]] for i in range(3))
-        normal = np.cross(b - a, c - a)
-        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
-
-=======
         """Unit normals (n, 3) of their faces there, outward, when the nodes are at points (n_node, 3)."""
         L = self.weights @ NODES  # shape functions reproduce linear fields
         slopes = shape_slopes(L)
@@ -81,7 +74,6 @@ def shape_slopes(L: np.ndarray) -> np.ndarray:
         slopes[:, after, 3 + k] = 4 * L[:, k]
     return slopes
 
->>>>>>> main
 
 def shape_functions(L: np.ndarray) -> np.ndarray:
     """N (n, 6) of the quadratic triangle at barycentric coordinates L (n, 3), nodes in VTK order."""
