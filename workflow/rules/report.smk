@@ -11,6 +11,7 @@ PICTURES = [
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
     "convergence",
     *(["unloading"] if DIGITAL_WOMEN else []),
+    *over("identification_{v}"),
     *(f"validation_{v}_{p}" for v in WOMEN for p in held_out(v)),
     *(["propagation"] if propagated("{v}") else []),
     *over("compression_{v}_{side}", side=COMPRESSION["sides"]),

@@ -68,7 +68,7 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
         step, covariance = _gauss_newton(problem, state, slopes, errors)
         relative = float(np.max(np.abs(step) / np.sqrt(np.diag(covariance))))
         objective = _objective(problem, state, errors)
-        row = FitStep(iteration, objective, *_left(problem, state), relative, time.perf_counter() - clock)
+        row = FitStep(iteration, objective, *left_over(problem, state), relative, time.perf_counter() - clock)
         history.append(row)
         log.info("fit %d: skin %.3f mm, markers %.2f mm, step %.2f sd", *row[:1], *row[2:5])
         if relative <= settings.tolerance:
@@ -83,12 +83,12 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
 
 def data_errors(problem: Problem, state: State, least: Errors) -> Errors:
     """The standard errors that explain what is left, but not less than `least`."""
-    skin, marker = _left(problem, state)
+    skin, marker = left_over(problem, state)
     return Errors(max(skin, least.skin_mm), max(marker, least.marker_mm))
 
 
-def _left(problem: Problem, state: State) -> tuple[float, float]:
-    """Root mean squares, mm: of the skin's distances, by news, and of the markers' coordinates."""
+def left_over(problem: Problem, state: State) -> tuple[float, float]:
+    """What is left of the data: root mean squares, mm: of the skin's distances, by news, and of the markers' coordinates."""
     unit = Errors(1.0, 1.0)
     r, m = problem.residual(state, unit), 3 * len(problem.pair.shared)
     news = problem.news(state).sum()

@@ -7,12 +7,12 @@ study.pair and the prior make
 
 minimised by Gauss-Newton in study.fit. theta: ln E by side and tissue, and what else
 is uncertain and moves the prediction, so that its error enters the intervals: nu, and the rigid motion that
-registration left. Derivatives are those of the equilibria, R(X, theta) = 0 prone and S(x, X, theta) = 0 supine:
+registration left. Derivatives are those of both equilibria, R(X, theta) = 0 prone, S(x, X, theta) = 0 supine:
 
     J X' = - dR/dtheta,   K x' = - (dS/dtheta + dS/dX X')
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,7 +44,7 @@ class Prior:
 
     median_kpa: Mapping[str, float]
     factor: Mapping[str, float]
-    poisson_ratio: tuple[float, float]
+    poisson_ratio: Sequence[float]
     shift_mm: float
     turn_deg: float
 
