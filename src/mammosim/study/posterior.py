@@ -9,7 +9,7 @@ import pandas as pd
 from mammosim.core.rng import generator
 from mammosim.mechanics.sides import SIDES
 from mammosim.study.fit import Fit
-from mammosim.study.identification import N_MODULI, Problem
+from mammosim.study.identification import MECHANICAL, N_MODULI, Problem
 from mammosim.study.moduli import KEYS, Moduli
 
 # Standard deviations to either side of a 95 % interval.
@@ -20,6 +20,7 @@ IDENTIFIABLE = 0.5
 ROWS = ("adipose", "glandular", "skin", "fascia", "muscle")
 # Draws stay within these standard deviations of the prior's mean, where the prior means anything.
 WITHIN = 3.0
+LARGEST_POISSON_RATIO = 0.4999
 
 
 def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float) -> pd.DataFrame:
@@ -75,14 +76,14 @@ def _values(
 
 
 def draws(problem: Problem, fit: Fit, count: int, *, stream: tuple[str | int, ...]) -> pd.DataFrame:
-    """Moduli drawn from the posterior: a row {side}_{tissue}_kpa each, row 0 the fit itself."""
-    prior, mean = problem.prior, fit.state.theta[:N_MODULI]
-    z = generator(*stream, "posterior").multivariate_normal(
-        mean, fit.covariance[:N_MODULI, :N_MODULI], size=count - 1, method="eigh"
-    )
-    reach = WITHIN * prior.deviation[:N_MODULI]
-    z = np.clip(z, prior.mean[:N_MODULI] - reach, prior.mean[:N_MODULI] + reach)
-    return pd.DataFrame([Moduli.of_logarithms(row).row() for row in np.vstack([mean, z])])
+    """Bodies drawn from the posterior: a row {side}_{tissue}_kpa and poisson_ratio each, row 0 the fit."""
+    mean, covariance = fit.state.theta[:MECHANICAL], fit.covariance[:MECHANICAL, :MECHANICAL]
+    z = generator(*stream, "posterior").multivariate_normal(mean, covariance, size=count - 1, method="eigh")
+    centre, reach = (values[:MECHANICAL] for values in (problem.prior.mean, WITHIN * problem.prior.deviation))
+    z = np.vstack([mean, np.clip(z, centre - reach, centre + reach)])
+    nu = np.minimum(z[:, N_MODULI], LARGEST_POISSON_RATIO)
+    moduli = pd.DataFrame([Moduli.of_logarithms(row[:N_MODULI]).row() for row in z])
+    return moduli.assign(poisson_ratio=nu)
 
 
 def fit_row(volunteer: str, problem: Problem, fit: Fit) -> Mapping[str, Any]:
