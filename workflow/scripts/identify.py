@@ -1,4 +1,4 @@
-"""Moduli of one volunteer from two positions: table with intervals, draws, stress-free shape, way of the fit."""
+"""Moduli of one volunteer from two positions: intervals, draws, stress-free shape, way of the fit."""
 
 import _log
 import pandas as pd

@@ -4,8 +4,8 @@ import _log
 
 from mammosim.io.tables import write_table
 from mammosim.study.identification import Prior, Problem
-from mammosim.study.search import grid_table
 from mammosim.study.pair import read_pair
+from mammosim.study.search import grid_table
 
 
 def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dict, settings: dict) -> None:

@@ -29,10 +29,9 @@ ASSUMED = {
     },
     "skin": {"youngs_modulus_kpa": 10.0, "poisson_ratio": NU, "thickness_mm": 1.5},
 }
-TRUE = {
-    ("left", "adipose"): 1.0, ("left", "glandular"): 2.5, ("left", "skin"): 9.0, ("left", "muscle"): 30.0,
-    ("right", "adipose"): 1.4, ("right", "glandular"): 2.0, ("right", "skin"): 13.0, ("right", "muscle"): 30.0,
-}  # fmt: skip
+LEFT = {"adipose": 1.0, "glandular": 2.5, "skin": 9.0, "muscle": 30.0}
+RIGHT = {"adipose": 1.4, "glandular": 2.0, "skin": 13.0, "muscle": 30.0}
+TRUE = {(side, tissue): E for side, of in (("left", LEFT), ("right", RIGHT)) for tissue, E in of.items()}
 PRIOR = Prior(
     {"adipose": 1.2, "glandular": 2.0, "skin": 10.0, "muscle": 30.0},
     {"adipose": 3.0, "glandular": 3.0, "skin": 2.5, "muscle": 2.0},
@@ -91,7 +90,7 @@ def true_theta():
 def test_the_true_moduli_leave_nothing(problem):
     state = problem.predicted(true_theta())
     r = problem.residual(state, Errors(1.0, 1.0))
-    # The goal's skin is taken as flat pieces of 22 / 4 mm, whose sagitta is c^2 / (8 R); R is 20 mm at the rim.
+    # The goal's skin is flat pieces of c = 22 / 4 mm, with a sagitta of c^2 / (8 R); R is 20 mm at the rim.
     assert np.abs(r).max() < (22 / 4) ** 2 / (8 * 20)
 
 
@@ -154,9 +153,13 @@ def test_a_rigid_motion_that_was_left_in_is_named(pair):
     R = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
     motion = RigidTransform(R, np.array([0.0, 5.0, 0.0]))
     goal = pair.goal.fiducials
-    moved = Pair(pair.start, replace(pair.goal, fiducials=Fiducials(goal.names, goal.kinds, motion(goal.points))))
+    moved = Pair(
+        pair.start, replace(pair.goal, fiducials=Fiducials(goal.names, goal.kinds, motion(goal.points)))
+    )
     assert chest_motion(moved) == (pytest.approx(5.0, rel=1e-6), pytest.approx(6.0, rel=1e-6))
-    with pytest.raises(IdentificationError, match=r"rigid motion of 5\.0 mm and 6\.0 degrees was not removed"):
+    with pytest.raises(
+        IdentificationError, match=r"rigid motion of 5\.0 mm and 6\.0 degrees was not removed"
+    ):
         require_one_body(moved)
 
 
