@@ -16,6 +16,8 @@ TABLES = {
         for v in DIGITAL_WOMEN
         for method in STRESS_FREE["methods"]
     ],
+    "fitted_moduli": over("results/identification/{v}/moduli.csv"),
+    "moduli_ratio": ["results/identification/ratio.csv"],
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),
