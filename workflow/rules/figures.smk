@@ -288,6 +288,7 @@ rule figure_dose:
 rule figure_moduli:
     """Moduli in the literature and in this study."""
     input:
+        fitted="results/study/fitted_moduli.csv",
         library=library("figure_moduli.py"),
     output:
         "results/study/figures/moduli.png",
@@ -301,3 +302,38 @@ rule figure_moduli:
         mem_mb=1000,
     script:
         "../scripts/figure_moduli.py"
+
+
+rule moduli_ratio:
+    """How much stiffer tissues are under compression than under gravity, in the literature and fitted here."""
+    input:
+        fitted="results/study/fitted_moduli.csv",
+        library=library("moduli_ratio.py"),
+    output:
+        "results/identification/ratio.csv",
+    log:
+        "results/logs/moduli_ratio/all.log",
+    benchmark:
+        "results/benchmarks/moduli_ratio/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/moduli_ratio.py"
+
+
+rule figure_gravity_and_compression:
+    """Moduli fitted under gravity beside those used under compression."""
+    input:
+        fitted="results/study/fitted_moduli.csv",
+        ratios="results/study/moduli_ratio.csv",
+        library=library("figure_gravity_and_compression.py"),
+    output:
+        "results/study/figures/gravity_and_compression.png",
+    log:
+        "results/logs/figure_gravity_and_compression/all.log",
+    benchmark:
+        "results/benchmarks/figure_gravity_and_compression/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_gravity_and_compression.py"

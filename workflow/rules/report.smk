@@ -20,6 +20,7 @@ PICTURES = [
     *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
     "dose",
     "moduli",
+    "gravity_and_compression",
 ]
 
 

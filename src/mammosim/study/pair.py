@@ -66,8 +66,8 @@ class Pair:
             raise FiducialError("the positions share no breast marker; give them the same names")
         if not self.counted.any():
             raise MeshError(
-                f"no breast is seen: all skin lies within {DEPTH_MM:g} mm of what is held, or {CUT_MM:g} mm of a "
-                "cut; is it the right mesh?"
+                f"no breast is seen: all skin lies within {DEPTH_MM:g} mm of what is held, or "
+                f"{CUT_MM:g} mm of a cut; is it the right mesh?"
             )
 
     @cached_property
