@@ -15,7 +15,7 @@ from mammosim.study.posterior import draws, fit_row, moduli_table
 def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dict, settings: dict) -> None:
     pair = read_pair(files, gravity)
     require_one_body(pair)
-    problem = Problem(pair, tissues, Prior(**settings["prior"]))
+    problem = Problem(pair, tissues, Prior(**settings["prior"]), settings["model_error"])
     fit = fitted(problem, settings=FitSettings(errors=Errors(**settings["errors"])))
     require_explained(pair, fit)
     table = moduli_table(volunteer, problem, fit, fascia_mm=settings["fascia_mm"])

@@ -13,7 +13,7 @@ registration left. Derivatives are those of both equilibria, R(X, theta) = 0 pro
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -90,11 +90,15 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Problem:
-    """A pair to be explained; assumed: what the fit takes as known of tissues and skin (see Moduli.body)."""
+    """A pair to be explained; assumed: what the fit takes as known of tissues and skin (see Moduli.body).
+
+    model_error: standard deviation of ln E by tissue that the model itself adds, alike on both sides.
+    """
 
     pair: Pair
     assumed: Mapping[str, Any]
     prior: Prior
+    model_error: Mapping[str, float] = field(default_factory=dict)
     middle_mm: float = 0.0
 
     def body(self, theta: np.ndarray) -> Body:

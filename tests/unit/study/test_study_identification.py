@@ -10,7 +10,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
 from mammosim.mechanics.analysis import shared_analysis
-from mammosim.meshing.shapes import ball_part
+from mammosim.meshing.shapes import ball_part, box
 from mammosim.study import pair as pairs
 from mammosim.study.diagnosis import chest_motion, require_explained, require_one_body
 from mammosim.study.fit import FitSettings, fitted
@@ -18,7 +18,7 @@ from mammosim.study.identification import MECHANICAL, N_MODULI, Prior, Problem
 from mammosim.study.moduli import KEYS, Moduli
 from mammosim.study.pair import Errors, Pair, Position
 from mammosim.study.points import MaterialPoints
-from mammosim.study.posterior import draws, moduli_table
+from mammosim.study.posterior import covariance, draws, is_resolved, moduli_table
 from mammosim.study.search import grid_table
 
 NU = 0.45
@@ -124,6 +124,22 @@ def test_what_the_body_does_not_have_is_not_identifiable(problem, fit):
         assert not table.identifiable[side, "muscle"]
         assert "assumed" in table.reason[side, "muscle"]
         assert not table.identifiable[side, "fascia"]
+
+
+def test_the_models_error_widens_both_sides_alike(problem, fit):
+    wider = covariance(replace(problem, model_error={"adipose": 0.3}), fit) - fit.covariance
+    left, right = KEYS.index(("left", "adipose")), KEYS.index(("right", "adipose"))
+    assert wider[left, left] == wider[right, right] == wider[left, right] == pytest.approx(0.09)
+    assert np.count_nonzero(wider) == 4
+
+
+def test_a_layer_of_one_element_is_not_resolved_and_one_of_three_is(rest):
+    for layers, resolved in ((1, False), (3, True)):
+        block = box((6, 6, 6), (60.0, 60.0, 60.0))
+        low = block.points[block.cells[:, :4], 2].mean(axis=1) < 10.0 * layers
+        tissue = np.where(low, Label.MUSCLE, Label.ADIPOSE).astype(np.uint8)
+        assert is_resolved(replace(block, tissue=tissue), Label.MUSCLE) == resolved
+    assert is_resolved(rest, Label.MUSCLE)  # has none
 
 
 def test_draws_have_the_posteriors_spread_and_begin_with_the_fit(problem, fit):
