@@ -19,13 +19,15 @@ log = logging.getLogger(__name__)
 class FitSettings:
     """tolerance: of the last step, in standard deviations of the posterior; largest_step: of ln E.
 
-    errors: the least that the data are taken to have; halvings: of a step that raises Phi.
+    errors: the least that the data are taken to have; after iteration `settled` they stay as they are, since
+    few data could trade their errors against each other for long; halvings: of a step that raises Phi.
     """
 
     tolerance: float = 0.1
     max_iterations: int = 15
     largest_step: float = 0.7
     halvings: int = 4
+    settled: int = 3
     errors: Errors = field(default_factory=lambda: Errors(skin_mm=0.2, marker_mm=0.7))
 
 
@@ -63,7 +65,8 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
     history: list[FitStep] = []
     for iteration in range(settings.max_iterations):
         clock = time.perf_counter()
-        errors = data_errors(problem, state, settings.errors)
+        if iteration <= settings.settled:
+            errors = data_errors(problem, state, settings.errors)
         slopes = problem.sensitivities(state)
         step, covariance = _gauss_newton(problem, state, slopes, errors)
         relative = float(np.max(np.abs(step) / np.sqrt(np.diag(covariance))))
