@@ -2,12 +2,21 @@
 
 import re
 
+import pytest
+
 MAY_READ_THE_TRUTH = ("digital_", "score_")
+# What is made by default, and on demand of volunteers beside the study.
+TARGETS = ("study", "recovery", "wrong_model")
 
 
-def test_only_rules_that_make_or_score_volunteers_read_the_truth(study):
-    jobs = study.jobs("--forceall")
-    assert len(jobs) > 40
+@pytest.fixture(scope="module")
+def jobs(study):
+    """Every job of every target with digital volunteers."""
+    return study.jobs("--forceall", *TARGETS)
+
+
+def test_only_rules_that_make_or_score_volunteers_read_the_truth(jobs):
+    assert len(jobs) > 60
     peeking = {
         job
         for job, inputs in jobs.items()
@@ -16,11 +25,11 @@ def test_only_rules_that_make_or_score_volunteers_read_the_truth(study):
     assert peeking == set()
 
 
-def test_a_position_held_out_reaches_only_what_judges_the_fit(study):
+def test_a_position_held_out_reaches_only_what_judges_the_fit(jobs):
     """Its labels and mesh are made for the validation; nothing that leads to the moduli may read them."""
     readers = {
         job.split(":")[0]
-        for job, inputs in study.jobs("--forceall").items()
+        for job, inputs in jobs.items()
         if any(re.search(r"(segmentation|meshes|registration)/\w+/supine_tilted", path) for path in inputs)
     }
     assert {"validate", "propagate"} <= readers
@@ -28,13 +37,22 @@ def test_a_position_held_out_reaches_only_what_judges_the_fit(study):
     assert {rule for rule in readers if not rule.startswith(("figure_", "score_", "table"))} <= judges
 
 
-def test_scores_are_read_by_tables_and_pictures_only(study):
+def test_scores_are_read_by_tables_and_pictures_only(jobs):
     readers = {
-        job.split(":")[0]
-        for job, inputs in study.jobs("--forceall").items()
-        if any("results/scores/" in path for path in inputs)
+        job.split(":")[0] for job, inputs in jobs.items() if any("results/scores/" in path for path in inputs)
     }
-    assert readers <= {"table", "figure_segmentation"}
+    assert readers <= {"table", "recovery_table", "figure_segmentation"}
+
+
+def test_made_volunteers_go_the_way_of_every_volunteer(study):
+    volunteers = ("small", "fibrous", "made_01")
+    jobs = study.jobs("--forceall", *(f"results/meshes/{v}/prone.vtu" for v in volunteers))
+    small, fibrous, made = (
+        {job.split(":")[0] for job in jobs if re.search(rf"/{v}[/_]", job)} for v in volunteers
+    )
+    assert {"digital_woman", "digital_scan", "import_image", "fiducials", "segment", "mesh"} <= small
+    assert fibrous == small
+    assert made == small - {"digital_woman"} | {"digital_draw"}
 
 
 def test_every_rule_says_what_it_does_and_keeps_a_log(repository):

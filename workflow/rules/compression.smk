@@ -5,7 +5,7 @@ COMPRESSION = config["compression"]
 rule compress:
     """One breast pressed to the asked thickness from its stress-free shape, frictionless, between rigid plates."""
     input:
-        mesh=f"results/mechanics/{{v}}/stress_free/{STRESS_FREE['position']}_fixed_point.vtu",
+        mesh=f"results/mechanics/{{v}}/stress_free/{STRESS_FREE['position']}_{STRESS_FREE['default']}.vtu",
         measured=f"results/meshes/{{v}}/{STRESS_FREE['position']}.vtu",
         fiducials=f"results/registration/{{v}}/{STRESS_FREE['position']}_fiducials.csv",
         library=library("compress.py"),

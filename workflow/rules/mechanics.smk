@@ -4,6 +4,12 @@ UPRIGHT = config["mechanics"]["upright"]
 STRESS_FREE = config["mechanics"]["stress_free"]
 
 
+def first_guess(wildcards):
+    """The mean of prone and supine on the prone mesh, for the methods that begin there."""
+    begins = wildcards.method == "mean_start" or STRESS_FREE["start"] == "mean"
+    return f"results/morph/{wildcards.v}/mean_start.vtu" if begins else []
+
+
 rule sweep:
     """Supine taken as loaded, unloaded by reverse gravity, loaded prone, for one modulus."""
     input:
@@ -57,6 +63,7 @@ rule stress_free:
     input:
         mesh="results/meshes/{v}/{p}.vtu",
         transform="results/registration/{v}/{p}.tfm",
+        start=first_guess,
         library=library("stress_free.py"),
     output:
         shape="results/mechanics/{v}/stress_free/{p}_{method}.vtu",
@@ -67,7 +74,7 @@ rule stress_free:
         iterations=STRESS_FREE["iterations"],
         tolerance_mm=STRESS_FREE["tolerance_mm"],
     wildcard_constraints:
-        method="reverse_gravity|fixed_point",
+        method="|".join({*STRESS_FREE["methods"], STRESS_FREE["default"]}),
     log:
         "results/logs/stress_free/{v}_{p}_{method}.log",
     benchmark:

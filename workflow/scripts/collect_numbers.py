@@ -18,6 +18,8 @@ KEYS = {
     "morph": ("volunteer", "level"),
     "stress_free": ("volunteer", "position", "method", "iteration"),
     "stress_free_error": ("volunteer", "method"),
+    "unloading": ("volunteer", "youngs_modulus_kpa", "method"),
+    "moduli": ("volunteer", "side", "tissue"),
     "validation": ("volunteer", "position", "quantity"),
     "propagation": ("volunteer", "side", "quantity"),
     "propagation_pressed": ("volunteer", "side", "rank"),
@@ -27,7 +29,7 @@ KEYS = {
     "image": ("volunteer", "side"),
 }
 # Two runs give the same numbers; how long they took is in the report's last section.
-TIMES = ["seconds"]
+TIMES = ["seconds", "forward_solves"]
 
 
 def main(paths: list[str], out: str) -> None:

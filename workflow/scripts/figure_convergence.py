@@ -1,4 +1,4 @@
-"""The residual of the fixed point at every iteration."""
+"""The residual of every method that iterates towards the stress-free shape."""
 
 import _log
 
@@ -8,10 +8,7 @@ from mammosim.io.tables import read_table
 
 
 def main(table: str, tolerance_mm: float, out: str) -> None:
-    rows = read_table(table)
-    rows = rows[rows.method == "fixed_point"]
-    histories = {str(volunteer): part for volunteer, part in rows.groupby("volunteer")}
-    write_figure(convergence(histories, tolerance_mm=tolerance_mm), out)
+    write_figure(convergence(read_table(table), tolerance_mm=tolerance_mm), out)
 
 
 if __name__ == "__main__":

@@ -113,22 +113,23 @@ def stress_free(shapes: Mapping[str, TetMesh], *, x_mm: float, z_mm: float) -> F
 
 
 @styled
-def convergence(histories: Mapping[str, pd.DataFrame], *, tolerance_mm: float | None = None) -> Figure:
-    """Residual of each iteration towards the stress-free shape, for each series.
+def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
+    """Residual of each iteration towards the stress-free shape: a panel per volunteer, a line per method.
 
-    histories: name -> rows of mechanics.unloaded.UnloadingStep: iteration, mean_mm, max_mm.
+    table: rows of mechanics.unloaded.UnloadingStep with volunteer and method; the largest distance is drawn.
     """
-    figure = new_figure(3.0, width=5.4)
-    ax = figure.subplots()
-    for number, (name, history) in enumerate(histories.items()):
-        style = {"color": SERIES[number % len(SERIES)], "marker": MARKERS[number % len(MARKERS)]}
-        ax.semilogy(history.iteration, history.max_mm, label=f"{name}, largest", **style)
-        ax.semilogy(
-            history.iteration, history.mean_mm, ls=":", fillstyle="none", label=f"{name}, mean", **style
-        )
-    if tolerance_mm is not None:
-        ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="asked of the mean")
-    ax.set(xlabel="iteration", ylabel="distance of the skin after loading\nagain from the measured skin (mm)")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.legend()
+    rows = table.dropna(subset=["max_mm"])
+    women, methods = sorted(rows.volunteer.unique()), list(dict.fromkeys(rows.method))
+    figure = new_figure(3.2)
+    axes = figure.subplots(1, len(women), squeeze=False, sharey=True)[0]
+    for ax, woman in zip(axes, women):
+        for number, method in enumerate(methods):
+            history = rows[(rows.volunteer == woman) & (rows.method == method)].sort_values("iteration")
+            style = {"color": SERIES[number % len(SERIES)], "marker": MARKERS[number % len(MARKERS)]}
+            ax.semilogy(history.iteration, history.max_mm, label=method.replace("_", " "), **style)
+        ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="asked")
+        ax.set(xlabel="iteration", title=str(woman))
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes[0].set_ylabel("largest distance of the reloaded\nfrom the measured skin (mm)")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure

@@ -22,7 +22,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import shared_analysis, system_of
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.effects import Scaled
-from mammosim.mechanics.equilibrium import equilibrium, held_nodes
+from mammosim.mechanics.equilibrium import Equilibrium, equilibrium, held_nodes
 from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.newton import System, is_stable
 from mammosim.mechanics.pattern import Tangent
@@ -141,7 +141,7 @@ def inverse(
 ) -> Unloaded:
     """The shape without gravity (3,) by the inverse formulation; start (n_node, 3): a first guess.
 
-    The history's distances are those of the next correction. Without a start it begins with reverse gravity,
+    The history's distances are those of each correction. Without a start it begins with reverse gravity,
     under as much of the weight as Newton can begin with, and brings on the rest.
     Raises MechanicsError for an ill-posed problem, EquilibriumError
     when no reference was found, or when the measured shape would be no stable equilibrium of it.
@@ -188,13 +188,22 @@ def _first(
     effects, weight = problem.body.effects(mesh), problem.body.weight(mesh, -problem.gravity)
     while True:
         try:
-            start = equilibrium(mesh, effects, loads=(Scaled(weight, factor),)).points
-            return _newton(problem, start, factor, settings, history), factor
+            state = equilibrium(mesh, effects, loads=(Scaled(weight, factor),))
+            history.append(_reversed(len(history), mesh, state))
+            return _newton(problem, state.points, factor, settings, history), factor
         except EquilibriumError as failure:
             log.info("inverse: reverse gravity, load factor %.3f failed: %s", factor, failure)
             factor /= 2
             if factor < settings.smallest_load_step:
                 raise
+
+
+def _reversed(iteration: int, mesh: TetMesh, state: Equilibrium) -> UnloadingStep:
+    """Reverse gravity as the first correction of the measured shape."""
+    skin = mesh.boundary_nodes("skin")
+    distance = np.linalg.norm((state.points - mesh.points)[skin], axis=1)
+    cost = state.factorisations, state.seconds
+    return UnloadingStep(iteration, float(distance.mean()), float(distance.max()), 1.0, *cost)
 
 
 def _require_stable(problem: Measured, X: np.ndarray) -> None:

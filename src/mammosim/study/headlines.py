@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from mammosim.study.sweep import VERIFIED
+from mammosim.study.unloading import FOUND
 
 
 def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
@@ -20,9 +21,9 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         **_ratios(tables),
         "upright_refused": _refused(tables, "upright"),
         "skin_reduction_max_percent": _skin_reduction(tables),
-        "fixed_point_residual_mean_mm": _last_residual(tables, "mean_mm"),
-        "fixed_point_residual_max_mm": _last_residual(tables, "max_mm"),
-        "stress_free_error_mean_mm": _extreme(tables, "stress_free_error", "mean_mm", "max"),
+        "unloading_residual_max_mm": _last_residual(tables),
+        "stress_free_error_mean_mm": _best_error(tables),
+        "unloading_refused": _unloading_refused(tables),
         "force_max_n": _extreme(tables, "compression", "force_n", "max"),
         "pressure_max_kpa": _extreme(tables, "compression", "peak_pressure_kpa", "max"),
         "penetration_max_mm": _extreme(tables, "compression", "penetration_mm", "max"),
@@ -87,12 +88,24 @@ def _skin_reduction(tables: Mapping[str, pd.DataFrame]) -> float | None:
     return float((100 * (1 - ends["last"] / ends["first"])).max()) if len(ends) else None
 
 
-def _last_residual(tables: Mapping[str, pd.DataFrame], column: str) -> float | None:
-    """The largest residual that any fixed point ended with."""
+def _last_residual(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """The largest distance of a skin node, mm, that any method ended with."""
     if "stress_free" not in tables:
         return None
-    rows = tables["stress_free"].query("method == 'fixed_point'").sort_values("iteration")
-    return float(rows.groupby("volunteer")[column].last().max()) if len(rows) else None
+    rows = tables["stress_free"].dropna(subset=["max_mm"]).sort_values("iteration")
+    return float(rows.groupby(["volunteer", "method"]).max_mm.last().max()) if len(rows) else None
+
+
+def _best_error(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """Mean error of the stress-free skin by the best method, mm, of the volunteer where it is largest."""
+    if "stress_free_error" not in tables:
+        return None
+    return float(tables["stress_free_error"].groupby("volunteer").mean_mm.min().max())
+
+
+def _unloading_refused(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """Of all methods and moduli, how many found no stress-free shape that can be loaded again."""
+    return float((tables["unloading"].outcome != FOUND).sum()) if "unloading" in tables else None
 
 
 def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:

@@ -22,6 +22,7 @@ from mammosim.figures import (
     morph,
     radiograph,
     surfaces,
+    unloading,
     volunteers,
 )
 from mammosim.io.tabulated import tabulated
@@ -116,8 +117,15 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         {"measured": t.mesh, "fixed point": t.flat}, x_mm=75.0, z_mm=0.0
     ),
     "convergence": lambda t: deformation.convergence(
-        {"small": pd.DataFrame({"iteration": [0, 1, 2], "max_mm": [9.0, 2.0, 0.4], "mean_mm": [3, 1, 0.2]})},
-        tolerance_mm=0.1,
+        pd.DataFrame({"volunteer": "small", "method": ["reverse_gravity"] + ["fixed_point"] * 3,
+                      "iteration": [0, 0, 1, 2], "max_mm": [np.nan, 9.0, 2.0, 0.4]}), tolerance_mm=0.1,
+    ),
+    "unloading": lambda t: unloading.unloading(
+        pd.DataFrame({"volunteer": "small", "youngs_modulus_kpa": [0.2, 1.0] * 2,
+                      "method": ["fixed_point"] * 2 + ["inverse"] * 2,
+                      "outcome": ["refused: -"] + ["found"] * 3,
+                      "error_mean_mm": [np.nan, 1e-3, 1e-4, 1e-5], "round_max_mm": [np.nan, 0.05, 1e-3, 1e-4],
+                      "forward_solves": [np.nan, 6.0, 3.0, 1.5]})
     ),
     "compressed breast": lambda t: compression.compressed_breast(
         t.mesh, t.flat, (compression.Plate(np.array([75.0, -90, 40]), np.eye(3), np.array([80.0, 50, 4])),),

@@ -1,0 +1,39 @@
+# The ways to the stress-free shape, compared where it is known: on the digital volunteers themselves.
+UNLOADING = config["mechanics"]["unloading"]
+
+
+rule score_unloading:
+    """All methods on one digital volunteer's own body, with the right moduli, for one modulus of fat and gland."""
+    input:
+        library=library("score_unloading.py"),
+    output:
+        "results/scores/{w}/unloading_{kpa}kpa.csv",
+    params:
+        woman=lambda wildcards: config["digital"]["women"][wildcards.w],
+        tissues=TISSUES,
+        element_mm=UNLOADING["element_mm"],
+    log:
+        "results/logs/score_unloading/{w}_{kpa}kpa.log",
+    benchmark:
+        "results/benchmarks/score_unloading/{w}_{kpa}kpa.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/score_unloading.py"
+
+
+rule figure_unloading:
+    """Error, round trip and cost of every method against the modulus."""
+    input:
+        table="results/study/unloading.csv",
+        library=library("figure_unloading.py"),
+    output:
+        "results/study/figures/unloading.png",
+    log:
+        "results/logs/figure_unloading/all.log",
+    benchmark:
+        "results/benchmarks/figure_unloading/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_unloading.py"
