@@ -12,6 +12,7 @@ PICTURES = [
     "convergence",
     *(["unloading"] if DIGITAL_WOMEN else []),
     *over("identification_{v}"),
+    *over("fitted_shapes_{v}"),
     *(f"validation_{v}_{p}" for v in WOMEN for p in held_out(v)),
     *(["propagation"] if propagated("{v}") else []),
     *over("compression_{v}_{side}", side=COMPRESSION["sides"]),

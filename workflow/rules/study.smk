@@ -22,7 +22,6 @@ TABLES = {
     "fit": over("results/identification/{v}/fit.csv"),
     "grid": over("results/identification/{v}/grid.csv"),
     "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],
-    "fitted_moduli": over("results/identification/{v}/moduli.csv"),
     "moduli_ratio": ["results/identification/ratio.csv"],
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
