@@ -19,6 +19,7 @@ TABLES = {
     "unloading": [
         f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
     ],
+    "identification": over("results/identification/{v}/moduli.csv"),
     "fit": over("results/identification/{v}/fit.csv"),
     "grid": over("results/identification/{v}/grid.csv"),
     "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],

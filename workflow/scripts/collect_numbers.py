@@ -19,7 +19,7 @@ KEYS = {
     "stress_free": ("volunteer", "position", "method", "iteration"),
     "stress_free_error": ("volunteer", "method"),
     "unloading": ("volunteer", "youngs_modulus_kpa", "method"),
-    "fitted_moduli": ("volunteer", "side", "tissue"),
+    "identification": ("volunteer", "side", "tissue"),
     "fit": ("volunteer",),
     "grid": ("volunteer", "breast_kpa", "skin_kpa"),
     "moduli": ("volunteer", "side", "tissue"),
