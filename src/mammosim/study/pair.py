@@ -141,12 +141,6 @@ class Pair:
         return np.sqrt(news) / errors.skin_mm, 1 / errors.marker_mm
 
 
-def skin_offsets(pair: Pair, x: np.ndarray) -> np.ndarray:
-    """Signed distances d (n,) mm of the counted skin nodes at x (n_node, 3), positive outside the goal."""
-    nodes, q, n = pair.contacts(x)
-    return np.sum(n * (x[nodes] - q), axis=1)
-
-
 def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
 

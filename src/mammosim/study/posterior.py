@@ -13,7 +13,7 @@ from mammosim.mechanics.ligaments import faces_between
 from mammosim.mechanics.reference import cell_quadrature, face_quadrature
 from mammosim.mechanics.sides import SIDES
 from mammosim.study.fit import Fit
-from mammosim.study.identification import MECHANICAL, N_MODULI, Problem
+from mammosim.study.identification import MECHANICAL, N_MODULI, OTHERS, Problem
 from mammosim.study.moduli import KEYS, Moduli
 
 # Standard deviations to either side of a 95 % interval.
@@ -124,7 +124,7 @@ def draws(problem: Problem, fit: Fit, count: int, *, stream: tuple[str | int, ..
 def fit_row(volunteer: str, problem: Problem, fit: Fit) -> Mapping[str, Any]:
     """One row about a fit: what is left of the data, what else was fitted, and what it took."""
     last, theta = fit.history[-1], fit.state.theta
-    others = dict(zip(("poisson_ratio", *(f"left_{name}" for name in _RIGID)), theta[N_MODULI:]))
+    others = dict(zip(OTHERS, theta[N_MODULI:]))
     return {
         "volunteer": volunteer,
         "skin_rms_mm": last.skin_rms_mm,
@@ -135,6 +135,3 @@ def fit_row(volunteer: str, problem: Problem, fit: Fit) -> Mapping[str, Any]:
         "iterations": len(fit.history) - 1,
         "seconds": fit.seconds,
     }
-
-
-_RIGID = ("shift_x_mm", "shift_y_mm", "shift_z_mm", "turn_x_deg", "turn_y_deg", "turn_z_deg")
