@@ -17,6 +17,9 @@ PANELS = (
     ("forward_solves", "time (forward solves)", 6.0),
 )
 
+LEAST = 1e-4  # mm: less is drawn there
+TICKS = (1, 2, 4, 6, 10, 20)
+
 
 @styled
 def unloading(table: pd.DataFrame) -> Figure:
@@ -29,12 +32,10 @@ def unloading(table: pd.DataFrame) -> Figure:
     figure = new_figure(0.7 + 2.3 * len(women))
     axes = figure.subplots(len(women), len(PANELS), squeeze=False, sharex=True, sharey="col")
     for row, woman in zip(axes, women):
-        for ax, (column, title, asked) in zip(row, PANELS):
+        for ax, (column, _, asked) in zip(row, PANELS):
             _draw(ax, table[table.volunteer == woman], column)
             if asked is not None:
                 ax.axhline(asked, color=QUIET, lw=1, ls=(0, (4, 3)))
-            if row is axes[0]:
-                ax.set_title(title, fontsize=8.5)
         row[0].set_ylabel(str(woman))
     _finish(axes, table)
     handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -49,7 +50,11 @@ def _draw(ax: Axes, rows: pd.DataFrame, column: str) -> None:
         style: dict[str, Any] = {"color": SERIES[number % len(SERIES)], "markersize": 4, "lw": 1.4}
         marker = MARKERS[number % len(MARKERS)]
         ax.loglog(
-            part.youngs_modulus_kpa, part[column], marker=marker, label=str(method).replace("_", " "), **style
+            part.youngs_modulus_kpa,
+            part[column].clip(lower=LEAST),
+            marker=marker,
+            label=str(method).replace("_", " "),
+            **style,
         )
         lost = part[part.outcome != "found"].youngs_modulus_kpa
         height = np.full(len(lost), 0.97 - 0.06 * number)
@@ -61,6 +66,9 @@ def _finish(axes: np.ndarray, table: pd.DataFrame) -> None:
     for ax in axes.ravel():
         ax.set_xticks(moduli, [f"{E:g}" for E in moduli])
         ax.minorticks_off()
+    for ax, (_, title, _) in zip(axes[0], PANELS):
+        ax.set_title(title, fontsize=8.5)
+    axes[0, -1].set_yticks(TICKS, [f"{n:g}" for n in TICKS])
     for ax in axes[-1]:
         ax.set_xlabel("modulus of fat and gland (kPa)")
     axes[0, 0].plot([], [], "x", color=INK, label="refused")
