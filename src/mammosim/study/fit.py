@@ -75,7 +75,7 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
         history.append(row)
         log.info("fit %d: skin %.3f mm, markers %.2f mm, step %.2f sd", *row[:1], *row[2:5])
         if relative <= settings.tolerance:
-            verified = problem.predicted(state.theta)
+            verified = problem.from_rest(state)
             return Fit(verified, covariance, errors, tuple(history), time.perf_counter() - began)
         state = _improved(problem, state, slopes, step, errors, settings)
     raise MechanicsError(

@@ -109,6 +109,11 @@ class Problem:
         state = body.load(start.mesh.moved_to(rest), goal.gravity, start=near.x if near else None)
         return State(theta, rest, state.points)
 
+    def from_rest(self, state: State) -> State:
+        """The same state, loaded once more from rest along stable equilibria. Raises EquilibriumError."""
+        mesh, gravity = self.pair.start.mesh.moved_to(state.rest), self.pair.goal.gravity
+        return State(state.theta, state.rest, self.body(state.theta).load(mesh, gravity).points)
+
     def residual(self, state: State, errors: Errors) -> np.ndarray:
         """r (n,) of a prediction, the goal moved rigidly by the parameters of theta."""
         pair = self.pair
