@@ -288,6 +288,7 @@ rule figure_dose:
 rule figure_moduli:
     """Moduli in the literature and in this study."""
     input:
+        fitted="results/study/identification.csv",
         library=library("figure_moduli.py"),
     output:
         "results/study/figures/moduli.png",
@@ -301,3 +302,59 @@ rule figure_moduli:
         mem_mb=1000,
     script:
         "../scripts/figure_moduli.py"
+
+
+rule moduli_ratio:
+    """How much stiffer tissues are under compression than under gravity, in the literature and fitted here."""
+    input:
+        fitted="results/study/identification.csv",
+        library=library("moduli_ratio.py"),
+    output:
+        "results/identification/ratio.csv",
+    log:
+        "results/logs/moduli_ratio/all.log",
+    benchmark:
+        "results/benchmarks/moduli_ratio/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/moduli_ratio.py"
+
+
+rule figure_gravity_and_compression:
+    """Moduli fitted under gravity beside those used under compression."""
+    input:
+        fitted="results/study/identification.csv",
+        ratios="results/study/moduli_ratio.csv",
+        library=library("figure_gravity_and_compression.py"),
+    output:
+        "results/study/figures/gravity_and_compression.png",
+    log:
+        "results/logs/figure_gravity_and_compression/all.log",
+    benchmark:
+        "results/benchmarks/figure_gravity_and_compression/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_gravity_and_compression.py"
+
+
+rule figure_fitted_shapes:
+    """Prone and supine as measured, the stress-free shape of the fit, and supine as the fit predicts it."""
+    input:
+        prone="results/meshes/{v}/prone.vtu",
+        supine="results/meshes/{v}/supine.vtu",
+        stress_free="results/identification/{v}/stress_free.vtu",
+        predicted="results/validation/{v}/supine.vtu",
+        fiducials="results/registration/{v}/prone_fiducials.csv",
+        library=library("figure_fitted_shapes.py"),
+    output:
+        "results/study/figures/fitted_shapes_{v}.png",
+    log:
+        "results/logs/figure_fitted_shapes/{v}.log",
+    benchmark:
+        "results/benchmarks/figure_fitted_shapes/{v}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_fitted_shapes.py"

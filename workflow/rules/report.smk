@@ -11,6 +11,8 @@ PICTURES = [
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
     "convergence",
     *(["unloading"] if DIGITAL_WOMEN else []),
+    *over("identification_{v}"),
+    *over("fitted_shapes_{v}"),
     *(f"validation_{v}_{p}" for v in WOMEN for p in held_out(v)),
     *(["propagation"] if propagated("{v}") else []),
     *over("compression_{v}_{side}", side=COMPRESSION["sides"]),
@@ -19,6 +21,7 @@ PICTURES = [
     *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
     "dose",
     "moduli",
+    "gravity_and_compression",
 ]
 
 

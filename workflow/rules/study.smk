@@ -19,7 +19,11 @@ TABLES = {
     "unloading": [
         f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
     ],
+    "identification": over("results/identification/{v}/moduli.csv"),
+    "fit": over("results/identification/{v}/fit.csv"),
+    "grid": over("results/identification/{v}/grid.csv"),
     "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],
+    "moduli_ratio": ["results/identification/ratio.csv"],
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),

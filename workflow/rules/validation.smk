@@ -36,6 +36,7 @@ rule validate:
     """One measured position against the prediction of the fitted body: markers, nipples, skin."""
     input:
         moduli="results/identification/{v}/moduli.csv",
+        fit="results/identification/{v}/fit.csv",
         stress_free="results/identification/{v}/stress_free.vtu",
         start="results/meshes/{v}/prone.vtu",
         start_fiducials="results/registration/{v}/prone_fiducials.csv",

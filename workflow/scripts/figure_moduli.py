@@ -1,16 +1,19 @@
-"""Moduli in the literature and in this study."""
+"""Moduli in the literature and in this study, with the intervals of its fits."""
 
 import _log
 
 from mammosim.figures.literature import moduli
 from mammosim.io.figures import write_figure
+from mammosim.io.tables import read_table
 from mammosim.io.tabulated import tabulated
+from mammosim.study.published import beside
 
 
-def main(here: dict[str, tuple[float, float]], out: str) -> None:
-    write_figure(moduli(tabulated("published_biomechanics"), here), out)
+def main(fitted: str, here: dict[str, tuple[float, float]], out: str) -> None:
+    rows = beside(tabulated("published_biomechanics"), read_table(fitted))
+    write_figure(moduli(rows, here), out)
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.params.here, snakemake.output[0])
+    main(snakemake.input.fitted, snakemake.params.here, snakemake.output[0])

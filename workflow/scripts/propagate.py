@@ -11,8 +11,7 @@ from mammosim.io.transforms import read_transform
 from mammosim.mechanics.inverse import InverseSettings, inverse
 from mammosim.mechanics.sides import SIDES
 from mammosim.study.configuration import gravity_vector
-from mammosim.study.moduli import Moduli
-from mammosim.study.propagation import nipple_table, posed
+from mammosim.study.propagation import drawn_body, nipple_table, posed
 
 # Of the weight: Newton has then two steps behind it, and its next one moves the skin by 0.01 mm or less.
 TOLERANCE = 1e-2
@@ -25,7 +24,7 @@ def main(files: dict[str, str], volunteer: str, settings: dict) -> None:
     gravity, new_gravity = (R @ gravity_vector(text) for R, text in zip(turned, settings["gravity"]))
     draws = posed(
         mesh,
-        [Moduli.of_draw(row).body(mesh, settings["tissues"], middle_mm=0.0) for _, row in samples.iterrows()],
+        [drawn_body(mesh, draw, settings["tissues"]) for _, draw in samples.iterrows()],
         unload=partial(inverse, settings=InverseSettings(tolerance=TOLERANCE)),
         gravity=gravity,
         new_gravity=new_gravity,

@@ -7,8 +7,7 @@ import pandas as pd
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.io.meshes import read_mesh, read_point_data
 from mammosim.io.tables import read_table, write_table
-from mammosim.study.moduli import Moduli
-from mammosim.study.propagation import stored_energy
+from mammosim.study.propagation import drawn_body, stored_energy
 
 
 def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:
@@ -16,7 +15,7 @@ def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:
     energies = []
     for number, draw in read_table(files["samples"]).head(settings["draws"]).iterrows():
         rest = read_point_data(files["rests"], f"draw_{number}")
-        body = Moduli.of_draw(draw).body(mesh, settings["tissues"], middle_mm=0.0)
+        body = drawn_body(mesh, draw, settings["tissues"])
         refused = not np.isfinite(rest).all()
         energies.append(np.nan if refused else stored_energy(body, mesh.moved_to(rest), x) / UJ_PER_MJ)
     table = pd.DataFrame({"draw": range(len(energies)), "stored_energy_mj": energies})

@@ -9,8 +9,7 @@ from mammosim.io.images import read_labels
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
 from mammosim.io.tables import read_json, read_table, write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.moduli import Moduli
-from mammosim.study.propagation import FIT, by_stiffness
+from mammosim.study.propagation import FIT, by_stiffness, drawn_body
 from mammosim.study.propagation_press import Measured, glandular_dose, pressed
 from mammosim.study.view import spectrum_from
 
@@ -27,7 +26,7 @@ def main(files: dict, job: dict, settings: dict, seed: int) -> None:
     if job["rank"] != "fit":
         energies = read_table(files["order"][0]).stored_energy_mj.to_numpy()
         draw = int(by_stiffness(energies, settings["pressed"])[int(job["rank"])])
-    body = Moduli.of_draw(read_table(files["samples"]).iloc[draw]).body(mesh, tissues, middle_mm=0.0)
+    body = drawn_body(mesh, read_table(files["samples"]).iloc[draw], tissues)
     rest = read_point_data(files["rests"], f"draw_{draw}")
     between = pressed(measured, body, rest, thickness_mm=settings["thickness_mm"], **settings["plates"])
     spectrum = spectrum_from(read_table(files["spectrum"]), read_json(files["facts"]))

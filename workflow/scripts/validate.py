@@ -15,7 +15,12 @@ from mammosim.study.validation import VERIFIED, Start, errors, predicted, rows
 def main(files: dict[str, str], job: dict, settings: dict) -> None:
     mesh = read_mesh(files["start"])
     start = Start(mesh, read_fiducials(files["start_fiducials"]), read_mesh(files["stress_free"]).points)
-    body = Moduli.of_rows(read_table(files["moduli"])).body(mesh, settings["tissues"], middle_mm=0.0)
+    body = Moduli.of_rows(read_table(files["moduli"])).body(
+        mesh,
+        settings["tissues"],
+        middle_mm=0.0,
+        poisson_ratio=float(read_table(files["fit"]).poisson_ratio.iloc[0]),
+    )
     gravity = read_transform(files["transform"]).R @ gravity_vector(settings["gravity"])
     found = predicted(start, body, gravity)
     measured = read_mesh(files["measured"]), read_fiducials(files["fiducials"])

@@ -48,5 +48,9 @@ class EquilibriumError(MechanicsError):
         self.mode = mode
 
 
+class IdentificationError(MammosimError):
+    """Two measured positions do not belong together, or no modulus explains them."""
+
+
 class XrayError(MammosimError):
     """Spectrum, geometry, materials or tallies are impossible."""

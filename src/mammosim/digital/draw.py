@@ -12,9 +12,12 @@ from mammosim.core.rng import generator
 from mammosim.digital.anatomy import Anatomy
 from mammosim.digital.constitution import Constitution
 from mammosim.digital.loading import load_truth
+from mammosim.mechanics.equilibrium import Settings
 
 BUILD = ("chest", "breast", "gland", "skin")
 LARGEST_SEED = 2**31
+# Where a loss of stability lies is not asked: a woman who needs steps below half the load reached is refused.
+COARSE = Settings(smallest_step=0.5)
 
 Values = Mapping[str, Any]
 
@@ -87,7 +90,7 @@ def refusal(
     """
     for position, gravity in gravities.items():
         try:
-            load_truth(anatomy, mesh, gravity, made_of=made_of)
+            load_truth(anatomy, mesh, gravity, made_of=made_of, settings=COARSE)
         except EquilibriumError as error:
             return f"{position}: {error}"
     return ""

@@ -8,7 +8,7 @@ from mammosim.core.volume import grid_around
 from mammosim.digital.anatomy import Anatomy
 from mammosim.digital.constitution import Constitution
 from mammosim.digital.mound import skin_layers_mm
-from mammosim.mechanics.equilibrium import Equilibrium
+from mammosim.mechanics.equilibrium import Equilibrium, Settings
 from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.surface import Surface, surface_of_field
 from mammosim.meshing.tetrahedra import mesh_surface
@@ -33,12 +33,19 @@ def truth_mesh(anatomy: Anatomy, *, breast_mm: float, chest_mm: float) -> TetMes
     return TetMesh(mesh.points, mesh.cells, tissue, _boundaries(anatomy, mesh))
 
 
-def load_truth(anatomy: Anatomy, mesh: TetMesh, gravity: np.ndarray, *, made_of: Constitution) -> Equilibrium:
+def load_truth(
+    anatomy: Anatomy,
+    mesh: TetMesh,
+    gravity: np.ndarray,
+    *,
+    made_of: Constitution,
+    settings: Settings | None = None,
+) -> Equilibrium:
     """The body under gravity (3,), a unit vector in the body frame.
 
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
     """
-    return made_of.body(anatomy, mesh).load(mesh, gravity)
+    return made_of.body(anatomy, mesh).load(mesh, gravity, settings=settings)
 
 
 def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.outlines import draw_outlines
-from mammosim.figures.style import QUIET, SERIES, VERMILION, new_figure, styled
+from mammosim.figures.style import QUIET, SERIES, new_figure, styled
 
 MARKERS = ("o", "s", "D", "^", "v", "P")
 
@@ -19,7 +19,7 @@ MARKERS = ("o", "s", "D", "^", "v", "P")
 def sweep(table: pd.DataFrame) -> Figure:
     """Nipple error and largest displacement against the modulus (the report's figure 1.14).
 
-    table: rows of study.sweep.sweep_row. A refused row is a cross at the top.
+    table: rows of study.sweep.sweep_row. A refused row is a cross at the top, one line per volunteer.
     """
     figure = new_figure(3.2)
     error, way = figure.subplots(1, 2)
@@ -40,7 +40,9 @@ def sweep(table: pd.DataFrame) -> Figure:
     way.set(ylabel="largest displacement (mm)", title="supine to prone")
     for ax in (error, way):
         _draw_modulus_axis(ax, table.youngs_modulus_kpa)
-        _draw_refused(ax, table[table.outcome != "verified"].youngs_modulus_kpa)
+        for number, (volunteer, rows) in enumerate(table.groupby("volunteer")):
+            refused = rows[rows.outcome != "verified"].youngs_modulus_kpa
+            _draw_refused(ax, refused, f"{volunteer}, no verified equilibrium", number)
     figure.legend(*error.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
@@ -54,15 +56,16 @@ def _draw_modulus_axis(ax: Axes, moduli: pd.Series) -> None:
     ax.set_xlabel("Young's modulus of the breast (kPa)")
 
 
-def _draw_refused(ax: Axes, moduli: pd.Series) -> None:
+def _draw_refused(ax: Axes, moduli: pd.Series, label: str, number: int) -> None:
     if len(moduli):
         ax.plot(
             moduli,
-            np.full(len(moduli), 0.97),
+            np.full(len(moduli), 0.97 - 0.05 * number),
             "x",
-            color=VERMILION,
+            color=SERIES[number],
+            mew=2,
             transform=ax.get_xaxis_transform(),
-            label="no verified equilibrium",
+            label=label,
         )
 
 

@@ -3,42 +3,95 @@
 from collections.abc import Mapping
 
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mammosim.figures.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, VERMILION, new_figure, styled
+from mammosim.figures.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMILION, new_figure, styled
 
-OTHERS = (BLUE, GREEN, PURPLE, ORANGE)
+UNDER = {"gravity": BLUE, "compression": VERMILION, "ex vivo": GREEN, "assumed": ORANGE}
+FITTED, USED = "this study, fitted under gravity", "this study, assumed elsewhere"
+COLOURS = {**UNDER, FITTED: SKY, USED: PURPLE}
 
 
 @styled
-def moduli(published: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figure:
+def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figure:
     """Young's moduli in the literature (the report's table 1.1) and in this study, on a logarithmic axis.
 
-    published: the table `published_biomechanics`; here: name -> lowest and highest modulus used, kPa.
+    rows: of study.published.beside, fits with their intervals; here: name -> lowest and highest modulus that
+    this study assumes, kPa. A fit that is not identifiable is hollow.
     """
-    rows = published.sort_values(["loading", "low_kpa"], ignore_index=True)
     used = pd.DataFrame(
-        [("this study", name, low, high, "this study", "") for name, (low, high) in here.items()],
-        columns=["source", "tissue", "low_kpa", "high_kpa", "loading", "status"],
+        [("this study", name, low, high, USED, "") for name, (low, high) in here.items()],
+        columns=["source", "tissue", "low_kpa", "high_kpa", "under", "status"],
     )
-    rows = pd.concat([rows, used], ignore_index=True)
-    figure = new_figure(0.9 + 0.24 * len(rows))
+    fitted = rows.source.str.startswith("this study")
+    kind = rows.under.where(~fitted, FITTED)
+    rows = pd.concat([rows.assign(under=kind), used], ignore_index=True)
+    order = rows.under.map(list(COLOURS).index)
+    rows = rows.assign(order=order).sort_values(["order", "tissue", "low_kpa"], ignore_index=True)
+    figure = new_figure(1.2 + 0.22 * len(rows))
     ax = figure.subplots()
-    for number, (loading, group) in enumerate(rows.groupby("loading", sort=False)):
-        colour = VERMILION if loading == "this study" else OTHERS[number % len(OTHERS)]
-        ax.hlines(group.index, group.low_kpa, group.high_kpa, colors=colour, lw=5)
-        for ends in (group.low_kpa, group.high_kpa):
-            ax.scatter(ends, group.index, color=colour, s=28, zorder=3)
-        ax.plot([], [], color=colour, lw=5, label=loading)
-    for place in rows.index[rows.status == "unverified"]:
-        at = (rows.high_kpa[place], place)
-        ax.annotate(
-            "from memory", at, (9, 0), textcoords="offset points", va="center", fontsize=7, color=QUIET
-        )
+    for under, group in rows.groupby("under", sort=False):
+        _draw_ranges(ax, group, COLOURS[str(under)])
+        ax.plot([], [], color=COLOURS[str(under)], lw=5, label=under)
+    _remark(ax, rows, "unverified", "from memory")
+    _remark(ax, rows, "not identifiable", "not identifiable")
     ax.set_xscale("log")
+    ax.set_xlim(right=4 * rows.high_kpa.max())
     ax.set_yticks(rows.index, rows.source + ", " + rows.tissue)
     ax.set_xlabel("Young's modulus (kPa)")
-    ax.legend(loc="upper right")
+    figure.legend(loc="outside lower center", ncols=3)
     ax.grid(False, axis="y")
     ax.invert_yaxis()
+    return figure
+
+
+def _draw_ranges(ax: Axes, rows: pd.DataFrame, colour: str) -> None:
+    """A bar from low to high, with its ends; hollow where the data do not identify it."""
+    for place, row in rows.iterrows():
+        hollow = row.status == "not identifiable"
+        ax.hlines(place, row.low_kpa, row.high_kpa, colors=colour, lw=1.5 if hollow else 5)
+        face = "none" if hollow else colour
+        for end in (row.low_kpa, row.high_kpa):
+            ax.scatter(end, place, facecolors=face, edgecolors=colour, s=28, zorder=3)
+        if row.low_kpa < row.middle_kpa < row.high_kpa:
+            ax.plot(row.middle_kpa, place, "|", color="white" if not hollow else colour, ms=7, zorder=4)
+
+
+def _remark(ax: Axes, rows: pd.DataFrame, status: str, text: str) -> None:
+    for place in rows.index[rows.status == status]:
+        at = (rows.high_kpa[place], place)
+        ax.annotate(text, at, (9, 0), textcoords="offset points", va="center", fontsize=7, color=QUIET)
+
+
+@styled
+def gravity_and_compression(rows: pd.DataFrame, ratios: pd.DataFrame) -> Figure:
+    """Moduli fitted under gravity beside those used under compression, a column per tissue, with their ratio.
+
+    rows: of study.published.beside; ratios: of study.published.ratios.
+    """
+    figure = new_figure(3.8)
+    ax = figure.subplots()
+    tissues = [t for t in ("breast", "adipose", "glandular", "skin", "lesion") if t in set(rows.tissue)]
+    shown = rows[rows.under.isin(["gravity", "compression"]) & rows.tissue.isin(tissues)]
+    for tissue, group in shown.groupby("tissue", sort=False):
+        for number, row in enumerate(group.itertuples()):
+            fits = str(row.source).startswith("this study")
+            place = tissues.index(str(tissue)) + (0.3 if row.under == "compression" else 0.08 * number - 0.3)
+            colour = COLOURS[FITTED] if fits else UNDER[str(row.under)]
+            fill = "none" if row.status == "not identifiable" else "full"
+            ax.vlines(place, row.low_kpa, row.high_kpa, colors=colour, lw=3)
+            ax.plot(place, row.middle_kpa, "o", color=colour, fillstyle=fill)
+    for row in ratios.itertuples():
+        text = f"x {row.ratio:.1f}\n({row.ratio_low:.1f} to {row.ratio_high:.1f})"
+        at = (tissues.index(row.tissue) + 0.33, row.compression_kpa)
+        ax.annotate(text, at, (6, 0), textcoords="offset points", va="center", fontsize=8)
+    for label in ("gravity", "compression", FITTED):
+        ax.plot([], [], "o", color=COLOURS[label], label=label)
+    ax.set_yscale("log")
+    ax.set_xticks(range(len(tissues)), tissues)
+    ax.set_xlim(-0.5, len(tissues) - 0.2)
+    ax.set(ylabel="Young's modulus (kPa)", title="fitted under gravity, and used under compression")
+    ax.grid(False, axis="x")
+    figure.legend(loc="outside lower center", ncols=3)
     return figure

@@ -19,13 +19,15 @@ log = logging.getLogger(__name__)
 class FitSettings:
     """tolerance: of the last step, in standard deviations of the posterior; largest_step: of ln E.
 
-    errors: the least that the data are taken to have; halvings: of a step that raises Phi.
+    errors: the least that the data are taken to have; after iteration `settled` they stay as they are, since
+    few data could trade their errors against each other for long; halvings: of a step that raises Phi.
     """
 
     tolerance: float = 0.1
     max_iterations: int = 15
     largest_step: float = 0.7
     halvings: int = 4
+    settled: int = 3
     errors: Errors = field(default_factory=lambda: Errors(skin_mm=0.2, marker_mm=0.7))
 
 
@@ -63,16 +65,17 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
     history: list[FitStep] = []
     for iteration in range(settings.max_iterations):
         clock = time.perf_counter()
-        errors = data_errors(problem, state, settings.errors)
+        if iteration <= settings.settled:
+            errors = data_errors(problem, state, settings.errors)
         slopes = problem.sensitivities(state)
         step, covariance = _gauss_newton(problem, state, slopes, errors)
         relative = float(np.max(np.abs(step) / np.sqrt(np.diag(covariance))))
         objective = _objective(problem, state, errors)
-        row = FitStep(iteration, objective, *_left(problem, state), relative, time.perf_counter() - clock)
+        row = FitStep(iteration, objective, *left_over(problem, state), relative, time.perf_counter() - clock)
         history.append(row)
         log.info("fit %d: skin %.3f mm, markers %.2f mm, step %.2f sd", *row[:1], *row[2:5])
         if relative <= settings.tolerance:
-            verified = problem.predicted(state.theta)
+            verified = problem.from_rest(state)
             return Fit(verified, covariance, errors, tuple(history), time.perf_counter() - began)
         state = _improved(problem, state, slopes, step, errors, settings)
     raise MechanicsError(
@@ -83,12 +86,12 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
 
 def data_errors(problem: Problem, state: State, least: Errors) -> Errors:
     """The standard errors that explain what is left, but not less than `least`."""
-    skin, marker = _left(problem, state)
+    skin, marker = left_over(problem, state)
     return Errors(max(skin, least.skin_mm), max(marker, least.marker_mm))
 
 
-def _left(problem: Problem, state: State) -> tuple[float, float]:
-    """Root mean squares, mm: of the skin's distances, by news, and of the markers' coordinates."""
+def left_over(problem: Problem, state: State) -> tuple[float, float]:
+    """What is left of the data, root mean squares in mm: of the skin by news, of markers' coordinates."""
     unit = Errors(1.0, 1.0)
     r, m = problem.residual(state, unit), 3 * len(problem.pair.shared)
     news = problem.news(state).sum()

@@ -18,6 +18,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "best_nipple_error_mm": _extreme(tables, "sweep", "nipple_left_mm", "min"),
         "sweep_refused": _refused(tables, "sweep"),
         **_morph(tables),
+        **_ratios(tables),
         "upright_refused": _refused(tables, "upright"),
         "skin_reduction_max_percent": _skin_reduction(tables),
         "unloading_residual_max_mm": _last_residual(tables),
@@ -52,6 +53,15 @@ def _morph(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "morph_mean_mm": _extreme(last, "morph", "mean_mm", "max"),
         "morph_facing_mm": _extreme(last, "morph", "facing_mean_mm", "max"),
         "morph_smallest_J": _extreme(last, "morph", "smallest_J", "min"),
+    }
+
+
+def _ratios(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """How much stiffer fat and gland are under compression than under gravity."""
+    rows = tables["moduli_ratio"].set_index("tissue").ratio if "moduli_ratio" in tables else {}
+    return {
+        f"modulus_ratio_{tissue}": float(rows[tissue]) if tissue in rows else None
+        for tissue in ("adipose", "glandular")
     }
 
 

@@ -7,13 +7,13 @@ study.pair and the prior make
 
 minimised by Gauss-Newton in study.fit. theta: ln E by side and tissue, and what else
 is uncertain and moves the prediction, so that its error enters the intervals: nu, and the rigid motion that
-registration left. Derivatives are those of the equilibria, R(X, theta) = 0 prone and S(x, X, theta) = 0 supine:
+registration left. Derivatives are those of both equilibria, R(X, theta) = 0 prone, S(x, X, theta) = 0 supine:
 
     J X' = - dR/dtheta,   K x' = - (dS/dtheta + dS/dX X')
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ OTHERS = ("poisson_ratio", "shift_x_mm", "shift_y_mm", "shift_z_mm", "turn_x_deg
 MECHANICAL = N_MODULI + 1  # parameters that change the equilibria: the moduli and nu
 # Difference from which derivatives by a parameter are taken: of ln E, and downward of nu.
 _STEP = 1e-4
-_SENSITIVITY_ACCURACY = 0.05
+_SENSITIVITY_ACCURACY, _FORWARD_ACCURACY = 0.05, 1e-4
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Prior:
 
     median_kpa: Mapping[str, float]
     factor: Mapping[str, float]
-    poisson_ratio: tuple[float, float]
+    poisson_ratio: Sequence[float]
     shift_mm: float
     turn_deg: float
 
@@ -69,11 +69,6 @@ class State:
     rest: np.ndarray
     x: np.ndarray
 
-    @property
-    def moduli(self) -> Moduli:
-        """Of theta."""
-        return Moduli.of_logarithms(self.theta[:N_MODULI])
-
 
 @dataclass(frozen=True)
 class Sensitivities:
@@ -90,11 +85,15 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Problem:
-    """A pair to be explained; assumed: what the fit takes as known of tissues and skin (see Moduli.body)."""
+    """A pair to be explained; assumed: what the fit takes as known of tissues and skin (see Moduli.body).
+
+    model_error: standard deviation of ln E by tissue that the model itself adds, alike on both sides.
+    """
 
     pair: Pair
     assumed: Mapping[str, Any]
     prior: Prior
+    model_error: Mapping[str, float] = field(default_factory=dict)
     middle_mm: float = 0.0
 
     def body(self, theta: np.ndarray) -> Body:
@@ -109,6 +108,11 @@ class Problem:
         rest = inverse(start.mesh, body, gravity=start.gravity, start=near.rest if near else None).points
         state = body.load(start.mesh.moved_to(rest), goal.gravity, start=near.x if near else None)
         return State(theta, rest, state.points)
+
+    def from_rest(self, state: State) -> State:
+        """The same state, loaded once more from rest along stable equilibria. Raises EquilibriumError."""
+        mesh, gravity = self.pair.start.mesh.moved_to(state.rest), self.pair.goal.gravity
+        return State(state.theta, state.rest, self.body(state.theta).load(mesh, gravity).points)
 
     def residual(self, state: State, errors: Errors) -> np.ndarray:
         """r (n,) of a prediction, the goal moved rigidly by the parameters of theta."""
@@ -147,33 +151,37 @@ class Problem:
 
     def sensitivities(self, state: State) -> Sensitivities:
         """Derivatives of both equilibria at a state."""
-        start, goal, mesh = self.pair.start, self.pair.goal, self.pair.start.mesh
-        bodies = [self._varied(state.theta, j) for j in range(MECHANICAL)]
-        measured = Measured(mesh, self.body(state.theta), start.gravity)
-        with linearised(measured, state.rest) as at:
-            dX = [
-                at.solved(
-                    -(Measured(mesh, body, start.gravity).forces(state.rest) - at.R) / h,
-                    _SENSITIVITY_ACCURACY,
-                )
-                for body, h in bodies
-            ]
-        body = self.body(state.theta)
-        rest = mesh.moved_to(state.rest)
-        potential = Potential(body.effects(rest), (body.weight(rest, goal.gravity),))
+        varied = [self._varied(state.theta, j) for j in range(MECHANICAL)]
+        rest = self._rest_slopes(state, varied)
+        return Sensitivities(rest, self._x_slopes(state, varied, rest))
+
+    def _rest_slopes(self, state: State, varied: list[tuple[Body, float]]) -> np.ndarray:
+        """X' (9, n_node, 3), J X' = - dR/dtheta."""
+        mesh, gravity = self.pair.start.mesh, self.pair.start.gravity
+        with linearised(Measured(mesh, self.body(state.theta), gravity), state.rest) as at:
+            R = [(Measured(mesh, body, gravity).forces(state.rest) - at.R) / h for body, h in varied]
+            return np.array([at.solved(-slope, _SENSITIVITY_ACCURACY) for slope in R])
+
+    def _x_slopes(self, state: State, varied: list[tuple[Body, float]], rest: np.ndarray) -> np.ndarray:
+        """x' (9, n_node, 3), K x' = - (dS/dtheta + dS/dX X'), with rest: X' (9, n_node, 3)."""
+        potential = self._under_goal(self.body(state.theta), state.rest)
         S = potential.gradient(state.x)
-        dx: list[np.ndarray] = []
-        with system_of(potential, held_nodes(mesh)) as system:
+        slopes: list[np.ndarray] = []
+        with system_of(potential, held_nodes(self.pair.start.mesh)) as system:
             K = potential.tangent(state.x, system.pattern)
-            for (varied, h), change in zip(bodies, dX):
-                moved = mesh.moved_to(state.rest + h * change)
-                there = Potential(varied.effects(moved), (varied.weight(moved, goal.gravity),))
-                b = -((there.gradient(state.x) - S) / h).ravel()[system.rows.free]
-                dx.append(
-                    system.spread(system.solver.solve(K, b, 1e-4) if not dx else system.solver.again(b, 1e-4))
-                )
+            for (body, h), change in zip(varied, rest):
+                there = self._under_goal(body, state.rest + h * change).gradient(state.x)
+                b = -((there - S) / h).ravel()[system.rows.free]
+                solver = system.solver
+                dx = solver.again(b, _FORWARD_ACCURACY) if slopes else solver.solve(K, b, _FORWARD_ACCURACY)
+                slopes.append(system.spread(dx))
             K.give_back()
-        return Sensitivities(np.array(dX), np.array(dx))
+        return np.array(slopes)
+
+    def _under_goal(self, body: Body, X: np.ndarray) -> Potential:
+        """The potential of a body with the reference X (n_node, 3) in the goal's position."""
+        mesh = self.pair.start.mesh.moved_to(X)
+        return Potential(body.effects(mesh), (body.weight(mesh, self.pair.goal.gravity),))
 
     def _varied(self, theta: np.ndarray, j: int) -> tuple[Body, float]:
         """The body with one mechanical parameter changed, and by how much."""

@@ -7,20 +7,29 @@ on the supine markers. Rows of the residual, each divided by its standard error:
     m_k = y_k - z_k (3),     y_k: marker k carried along, z_k: where it was measured
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from mammosim.core.errors import FiducialError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.mesh import TetMesh
+from mammosim.io.fiducials import read_fiducials
+from mammosim.io.meshes import read_mesh
+from mammosim.io.transforms import read_transform
 from mammosim.meshing.distance import distance_to_rim, flat_pieces, rim
 from mammosim.meshing.nearest import NearestOnTriangles
+from mammosim.study.configuration import gravity_vector
 from mammosim.study.points import MaterialPoints
 
 # Skin this near to where a body was cut out is held there: it says nothing about moduli.
 CUT_MM = 20.0
+# Skin with less tissue than this between it and what is held hardly moves either; after a fit it leaves two
+# to three times what the breasts leave, whose elements are smaller (decisions/identification.md).
+DEPTH_MM = 30.0
 # ASSUME: errors of a measured skin are alike within this distance, so that nearer nodes are no news.
 CORRELATED_MM = 15.0
 
@@ -56,7 +65,10 @@ class Pair:
         if not self.shared:
             raise FiducialError("the positions share no breast marker; give them the same names")
         if not self.counted.any():
-            raise MeshError(f"all skin lies within {CUT_MM:g} mm of where the body was cut; take more of it")
+            raise MeshError(
+                f"no breast is seen: all skin lies within {DEPTH_MM:g} mm of what is held, or "
+                f"{CUT_MM:g} mm of a cut; is it the right mesh?"
+            )
 
     @cached_property
     def shared(self) -> tuple[str, ...]:
@@ -72,8 +84,11 @@ class Pair:
 
     @cached_property
     def counted(self) -> np.ndarray:
-        """(n_skin,) bool: nodes away from the cuts."""
-        return distance_to_rim(self.start.mesh) >= CUT_MM
+        """(n_skin,) bool: nodes of the breasts, away from the cuts and from what is held."""
+        mesh = self.start.mesh
+        held = cKDTree(mesh.points[mesh.boundary_nodes("posterior")])
+        depth, _ = held.query(mesh.points[self.skin])
+        return (distance_to_rim(mesh) >= CUT_MM) & (depth >= DEPTH_MM)
 
     @cached_property
     def news(self) -> np.ndarray:
@@ -126,11 +141,19 @@ class Pair:
         return np.sqrt(news) / errors.skin_mm, 1 / errors.marker_mm
 
 
-def skin_offsets(pair: Pair, x: np.ndarray) -> np.ndarray:
-    """Signed distances d (n,) mm of the counted skin nodes at x (n_node, 3), positive outside the goal."""
-    nodes, q, n = pair.contacts(x)
-    return np.sum(n * (x[nodes] - q), axis=1)
-
-
 def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def read_pair(files: Mapping[str, str], gravity: Sequence[str]) -> Pair:
+    """The pair in files start, start_fiducials, start_transform, goal, goal_fiducials; the goal is the frame.
+
+    gravity: of both in their scanner frames, 'x y z'; the transform turns the start's into the common frame.
+    """
+    turn = read_transform(files["start_transform"]).R
+    down = turn @ gravity_vector(gravity[0]), gravity_vector(gravity[1])
+    start, goal = (
+        Position(read_mesh(files[name]), read_fiducials(files[f"{name}_fiducials"]), g)
+        for name, g in zip(("start", "goal"), down)
+    )
+    return Pair(start, goal)

@@ -6,20 +6,29 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from mammosim.core.labels import Label
+from mammosim.core.mesh import TetMesh
 from mammosim.core.rng import generator
+from mammosim.mechanics.ligaments import faces_between
+from mammosim.mechanics.reference import cell_quadrature, face_quadrature
 from mammosim.mechanics.sides import SIDES
 from mammosim.study.fit import Fit
-from mammosim.study.identification import N_MODULI, Problem
+from mammosim.study.identification import MECHANICAL, N_MODULI, OTHERS, Problem
 from mammosim.study.moduli import KEYS, Moduli
 
 # Standard deviations to either side of a 95 % interval.
 QUANTILE = 1.96
 # ASSUME: a modulus counts as identifiable when the data leave at most half of the prior's standard deviation.
 IDENTIFIABLE = 0.5
+UNRESOLVED = (
+    "a lower bound: the layer is thinner than two elements, whose cells hold fat as well, which softens "
+    "what is fitted; above it nothing is known but what was assumed"
+)
 # In the order of every table of moduli.
 ROWS = ("adipose", "glandular", "skin", "fascia", "muscle")
 # Draws stay within these standard deviations of the prior's mean, where the prior means anything.
 WITHIN = 3.0
+LARGEST_POISSON_RATIO = 0.4999
 
 
 def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float) -> pd.DataFrame:
@@ -35,17 +44,44 @@ def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float
     return pd.DataFrame(rows).assign(volunteer=volunteer)[["volunteer", *rows[0]]]
 
 
+def covariance(problem: Problem, fit: Fit) -> np.ndarray:
+    """(15, 15) of theta: of the data and the prior, and of ln E that of the model, alike on both sides."""
+    total = fit.covariance.copy()
+    for tissue, deviation in problem.model_error.items():
+        own = [j for j, key in enumerate(KEYS) if key[1] == tissue]
+        total[np.ix_(own, own)] += deviation**2
+    return total
+
+
 def _row(problem: Problem, fit: Fit, side: str, tissue: str) -> dict[str, Any]:
     j = KEYS.index((side, tissue))
-    deviation, prior = float(np.sqrt(fit.covariance[j, j])), float(problem.prior.deviation[j])
+    deviation, prior = float(np.sqrt(covariance(problem, fit)[j, j])), float(problem.prior.deviation[j])
     E = float(np.exp(fit.state.theta[j]))
     low, high = E * np.exp(-QUANTILE * deviation), E * np.exp(QUANTILE * deviation)
+    if tissue == "muscle" and not is_resolved(problem.pair.start.mesh, Label.MUSCLE):
+        high = max(high, problem.prior.median_kpa[tissue] * problem.prior.factor[tissue] ** QUANTILE)
+        return _values(side, tissue, E, low, high, False, UNRESOLVED)
     found = deviation <= IDENTIFIABLE * prior
-    share = 100 * deviation / prior
-    reason = f"the data leave {share:.0f} % of what was uncertain before"
+    reason = f"{100 * deviation / prior:.0f} % of what was uncertain before is left"
     if not found:
         reason += ": the interval is mostly what was assumed"
     return _values(side, tissue, E, low, high, found, reason)
+
+
+def is_resolved(mesh: TetMesh, label: Label) -> bool:
+    """Whether a layer of a tissue is at least as thick as two of its elements; true where there is none.
+
+    Its thickness is V / A, A the faces that it shares with others; the edge of a regular element of volume v
+    is (6 sqrt(2) v)^(1/3).
+    """
+    cells = mesh.tissue == label
+    faces = faces_between(mesh, label)
+    if not cells.any() or len(faces) == 0:
+        return True
+    volumes = cell_quadrature(mesh.points, mesh.cells[cells]).volumes.sum(axis=1)
+    area = face_quadrature(mesh.points, faces).areas.sum()
+    edge = (6 * np.sqrt(2) * volumes.mean()) ** (1 / 3)
+    return bool(volumes.sum() / area >= 2 * edge)
 
 
 # ASSUME: the fit has no fascia of its own; what it has is part of the skin's stiffness.
@@ -75,20 +111,20 @@ def _values(
 
 
 def draws(problem: Problem, fit: Fit, count: int, *, stream: tuple[str | int, ...]) -> pd.DataFrame:
-    """Moduli drawn from the posterior: a row {side}_{tissue}_kpa each, row 0 the fit itself."""
-    prior, mean = problem.prior, fit.state.theta[:N_MODULI]
-    z = generator(*stream, "posterior").multivariate_normal(
-        mean, fit.covariance[:N_MODULI, :N_MODULI], size=count - 1, method="eigh"
-    )
-    reach = WITHIN * prior.deviation[:N_MODULI]
-    z = np.clip(z, prior.mean[:N_MODULI] - reach, prior.mean[:N_MODULI] + reach)
-    return pd.DataFrame([Moduli.of_logarithms(row).row() for row in np.vstack([mean, z])])
+    """Bodies drawn from the posterior: a row {side}_{tissue}_kpa and poisson_ratio each, row 0 the fit."""
+    mean, spread = fit.state.theta[:MECHANICAL], covariance(problem, fit)[:MECHANICAL, :MECHANICAL]
+    z = generator(*stream, "posterior").multivariate_normal(mean, spread, size=count - 1, method="eigh")
+    centre, reach = (values[:MECHANICAL] for values in (problem.prior.mean, WITHIN * problem.prior.deviation))
+    z = np.vstack([mean, np.clip(z, centre - reach, centre + reach)])
+    nu = np.minimum(z[:, N_MODULI], LARGEST_POISSON_RATIO)
+    moduli = pd.DataFrame([Moduli.of_logarithms(row[:N_MODULI]).row() for row in z])
+    return moduli.assign(poisson_ratio=nu)
 
 
 def fit_row(volunteer: str, problem: Problem, fit: Fit) -> Mapping[str, Any]:
     """One row about a fit: what is left of the data, what else was fitted, and what it took."""
     last, theta = fit.history[-1], fit.state.theta
-    others = dict(zip(("poisson_ratio", *(f"left_{name}" for name in _RIGID)), theta[N_MODULI:]))
+    others = dict(zip(OTHERS, theta[N_MODULI:]))
     return {
         "volunteer": volunteer,
         "skin_rms_mm": last.skin_rms_mm,
@@ -99,6 +135,3 @@ def fit_row(volunteer: str, problem: Problem, fit: Fit) -> Mapping[str, Any]:
         "iterations": len(fit.history) - 1,
         "seconds": fit.seconds,
     }
-
-
-_RIGID = ("shift_x_mm", "shift_y_mm", "shift_z_mm", "turn_x_deg", "turn_y_deg", "turn_z_deg")

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,7 @@ from mammosim.core.progress import progress
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.unloaded import Unloaded
+from mammosim.study.moduli import Moduli
 from mammosim.study.points import MaterialPoints
 from mammosim.study.sweep import VERIFIED
 
@@ -33,6 +34,12 @@ class Unload(Protocol):
     ) -> Unloaded:
         """The stress-free shape of a body measured under gravity (3,)."""
         ...
+
+
+def drawn_body(mesh: TetMesh, draw: Mapping[str, float], assumed: Mapping[str, Any]) -> Body:
+    """The body of a row of study.posterior.draws; assumed: what the fit takes as known, see Moduli.body."""
+    nu = float(draw["poisson_ratio"])
+    return Moduli.of_draw(draw).body(mesh, assumed, middle_mm=0.0, poisson_ratio=nu)
 
 
 @dataclass(frozen=True)

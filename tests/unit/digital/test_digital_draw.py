@@ -72,7 +72,7 @@ def test_reversed_ranges_are_refused(ranges):
 
 
 def test_a_woman_without_a_stable_state_is_refused_by_position_and_reason(monkeypatch, anatomy):
-    def load(anatomy, mesh, gravity, *, made_of):
+    def load(anatomy, mesh, gravity, **_):
         if gravity[1] > 0:
             raise EquilibriumError("stability is lost at load factor 0.4")
 

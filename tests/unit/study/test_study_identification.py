@@ -1,0 +1,197 @@
+"""Moduli found again from two positions of a small body whose moduli are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mammosim.core.errors import IdentificationError, MeshError
+from mammosim.core.fiducials import Fiducials
+from mammosim.core.labels import Label
+from mammosim.core.rigid import RigidTransform
+from mammosim.mechanics.analysis import shared_analysis
+from mammosim.meshing.shapes import ball_part, box
+from mammosim.study import pair as pairs
+from mammosim.study.diagnosis import chest_motion, require_explained, require_one_body
+from mammosim.study.fit import FitSettings, fitted
+from mammosim.study.identification import MECHANICAL, N_MODULI, Prior, Problem
+from mammosim.study.moduli import KEYS, Moduli
+from mammosim.study.pair import Errors, Pair, Position
+from mammosim.study.points import MaterialPoints
+from mammosim.study.posterior import covariance, draws, is_resolved, moduli_table
+from mammosim.study.search import grid_table
+
+NU = 0.45
+ASSUMED = {
+    "tissues": {
+        name: {"youngs_modulus_kpa": 1.0, "poisson_ratio": NU, "density_g_cm3": 1.0}
+        for name in ("adipose", "glandular", "muscle")
+    },
+    "skin": {"youngs_modulus_kpa": 10.0, "poisson_ratio": NU, "thickness_mm": 1.5},
+}
+LEFT = {"adipose": 1.0, "glandular": 2.5, "skin": 9.0, "muscle": 30.0}
+RIGHT = {"adipose": 1.4, "glandular": 2.0, "skin": 13.0, "muscle": 30.0}
+TRUE = {(side, tissue): E for side, of in (("left", LEFT), ("right", RIGHT)) for tissue, E in of.items()}
+PRIOR = Prior(
+    {"adipose": 1.2, "glandular": 2.0, "skin": 10.0, "muscle": 30.0},
+    {"adipose": 3.0, "glandular": 3.0, "skin": 2.5, "muscle": 2.0},
+    (NU, 0.002),
+    0.1,
+    0.05,
+)
+ERRORS = Errors(skin_mm=0.01, marker_mm=0.05)
+
+
+@pytest.fixture(scope="module")
+def rest():
+    """Half a ball on the plane z = 0, its inner part gland."""
+    ball = ball_part(50.0, 22.0)
+    middle = ball.points[ball.cells[:, :4]].mean(axis=1)
+    gland = np.linalg.norm(middle - [0, 0, middle[:, 2].mean()], axis=1) < 22
+    return replace(ball, tissue=np.where(gland, Label.GLANDULAR, Label.ADIPOSE).astype(np.uint8))
+
+
+@pytest.fixture(scope="module")
+def pair(rest):
+    body = Moduli(TRUE).body(rest, ASSUMED, middle_mm=0.0)
+    away = np.array([0.0, 0.0, 1.0 if rest.points[:, 2].max() > 1 else -1.0])
+    skin = rest.points[rest.boundary_nodes("skin")]
+    given = skin[:: len(skin) // 8]
+    held = MaterialPoints.on(rest, given)
+    with shared_analysis():
+        prone, supine = (body.load(rest, g).points for g in (away, -away))
+    chest = np.array([[40.0, 40, 0], [-40, 40, 0], [40, -40, 0], [-40, -40, 0]])
+
+    def position(x, gravity):
+        markers = held.carry(x)
+        names = [f"breast_{i}" for i in range(len(markers))] + [f"chest_{i}" for i in range(4)]
+        kinds = ["breast"] * len(markers) + ["chest"] * 4
+        return Position(
+            rest.moved_to(x), Fiducials(tuple(names), tuple(kinds), np.vstack([markers, chest])), gravity
+        )
+
+    return Pair(position(prone, away), position(supine, -away))
+
+
+@pytest.fixture(scope="module")
+def problem(pair):
+    return Problem(pair, ASSUMED, PRIOR)
+
+
+@pytest.fixture(scope="module")
+def fit(problem):
+    return fitted(problem, settings=FitSettings(errors=ERRORS))
+
+
+def true_theta():
+    return np.array([*Moduli(TRUE).logarithms(), NU, *[0.0] * 6])
+
+
+def test_the_true_moduli_leave_nothing(problem):
+    state = problem.predicted(true_theta())
+    r = problem.residual(state, Errors(1.0, 1.0))
+    # The goal's skin is flat pieces of c = 22 / 4 mm, with a sagitta of c^2 / (8 R); R is 20 mm at the rim.
+    assert np.abs(r).max() < (22 / 4) ** 2 / (8 * 20)
+
+
+def test_derivatives_are_those_of_whole_solutions(problem):
+    theta = true_theta()
+    with shared_analysis():
+        slopes = problem.sensitivities(problem.predicted(theta))
+        for j, h in ((0, 0.01), (2, 0.05), (N_MODULI, 0.002)):
+            step = h * np.eye(len(theta))[j]
+            high, low = problem.predicted(theta + step), problem.predicted(theta - step)
+            central = (high.x - low.x) / (2 * h)
+            # Sensitivities are solved to 5 %.
+            assert np.linalg.norm(slopes.x[j] - central) < 0.06 * np.linalg.norm(central)
+
+
+def test_moduli_are_found_again_left_and_right_apart(fit):
+    found = Moduli.of_logarithms(fit.state.theta[:N_MODULI])
+    for key in (("left", "adipose"), ("right", "adipose")):
+        assert found.kpa[key] == pytest.approx(TRUE[key], rel=0.05)
+
+
+def test_the_truth_lies_within_the_intervals(problem, fit):
+    table = moduli_table("made", problem, fit, fascia_mm=0.1).set_index(["side", "tissue"])
+    for key, E in TRUE.items():
+        assert table.low_kpa[key] <= E <= table.high_kpa[key], key
+
+
+def test_what_the_body_does_not_have_is_not_identifiable(problem, fit):
+    table = moduli_table("made", problem, fit, fascia_mm=0.1).set_index(["side", "tissue"])
+    for side in ("left", "right"):
+        assert not table.identifiable[side, "muscle"]
+        assert "assumed" in table.reason[side, "muscle"]
+        assert not table.identifiable[side, "fascia"]
+
+
+def test_the_models_error_widens_both_sides_alike(problem, fit):
+    wider = covariance(replace(problem, model_error={"adipose": 0.3}), fit) - fit.covariance
+    left, right = KEYS.index(("left", "adipose")), KEYS.index(("right", "adipose"))
+    assert wider[left, left] == wider[right, right] == wider[left, right] == pytest.approx(0.09)
+    assert np.count_nonzero(wider) == 4
+
+
+def test_a_layer_of_one_element_is_not_resolved_and_one_of_three_is(rest):
+    for layers, resolved in ((1, False), (3, True)):
+        block = box((6, 6, 6), (60.0, 60.0, 60.0))
+        low = block.points[block.cells[:, :4], 2].mean(axis=1) < 10.0 * layers
+        tissue = np.where(low, Label.MUSCLE, Label.ADIPOSE).astype(np.uint8)
+        assert is_resolved(replace(block, tissue=tissue), Label.MUSCLE) == resolved
+    assert is_resolved(rest, Label.MUSCLE)  # has none
+
+
+def test_draws_have_the_posteriors_spread_and_begin_with_the_fit(problem, fit):
+    table = draws(problem, fit, 400, stream=("test",))
+    first = Moduli.of_draw(table.iloc[0])
+    assert first.kpa == pytest.approx(Moduli.of_logarithms(fit.state.theta[:N_MODULI]).kpa)
+    spread = np.log(table.left_adipose_kpa[1:]).std()
+    # The standard deviation of 399 draws is known to 1 / sqrt(2 * 399) = 3.5 %, three of which are allowed.
+    assert spread == pytest.approx(np.sqrt(fit.covariance[0, 0]), rel=0.11)
+
+
+def test_the_search_by_hand_is_lowest_near_the_truth_and_says_what_it_refused(problem):
+    table = grid_table(problem, breast_kpa=[0.01, 1.5, 6.0], skin_kpa=[10.0])
+    assert table.breast_kpa[table.skin_rms_mm.idxmin()] == 1.5
+    assert table.outcome[0].startswith("refused: ")
+
+
+def test_swapped_sides_are_named(pair):
+    goal = pair.goal.fiducials
+    mirrored = Fiducials(goal.names, goal.kinds, goal.points * [-1, 1, 1])
+    with pytest.raises(IdentificationError, match="left and right are swapped"):
+        require_one_body(Pair(pair.start, replace(pair.goal, fiducials=mirrored)))
+
+
+def test_a_rigid_motion_that_was_left_in_is_named(pair):
+    angle = np.radians(6.0)
+    R = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    motion = RigidTransform(R, np.array([0.0, 5.0, 0.0]))
+    goal = pair.goal.fiducials
+    moved = Pair(
+        pair.start, replace(pair.goal, fiducials=Fiducials(goal.names, goal.kinds, motion(goal.points)))
+    )
+    assert chest_motion(moved) == (pytest.approx(5.0, rel=1e-6), pytest.approx(6.0, rel=1e-6))
+    with pytest.raises(
+        IdentificationError, match=r"rigid motion of 5\.0 mm and 6\.0 degrees was not removed"
+    ):
+        require_one_body(moved)
+
+
+def test_another_woman_is_named(pair, fit):
+    larger = replace(pair.goal, mesh=pair.goal.mesh.moved_to(1.2 * pair.goal.mesh.points))
+    worse = replace(fit, history=(*fit.history[:-1], fit.history[-1]._replace(skin_rms_mm=5.0)))
+    require_explained(pair, fit)
+    with pytest.raises(IdentificationError, match="these are probably two women"):
+        require_explained(Pair(pair.start, larger), worse)
+
+
+def test_a_body_without_breasts_is_refused(pair, monkeypatch):
+    monkeypatch.setattr(pairs, "DEPTH_MM", 500.0)
+    with pytest.raises(MeshError, match="no breast is seen"):
+        Pair(pair.start, pair.goal)
+
+
+def test_there_is_a_parameter_for_every_modulus():
+    assert len(KEYS) == N_MODULI == MECHANICAL - 1

@@ -1,0 +1,85 @@
+# Moduli from the prone and the supine position. Nothing here may read the truth or a held-out position.
+IDENTIFICATION = config["identification"]
+FITTED_TO = ("prone", REFERENCE)  # the body is the mesh of the first, and is loaded in the second
+
+
+def pair_inputs(wildcards):
+    """Meshes, fiducials and transforms of the two positions."""
+    files = {"start_transform": f"results/registration/{wildcards.v}/prone.tfm"}
+    for name, position in zip(("start", "goal"), FITTED_TO):
+        files[name] = f"results/meshes/{wildcards.v}/{position}.vtu"
+        files[f"{name}_fiducials"] = f"results/registration/{wildcards.v}/{position}_fiducials.csv"
+    return files
+
+
+def pair_gravity(wildcards):
+    """Its directions in the scanner frames of the two positions."""
+    return [gravity(wildcards.v, position) for position in FITTED_TO]
+
+
+rule identify:
+    """Moduli by side and tissue from two positions, with their intervals, draws and the stress-free shape."""
+    input:
+        unpack(pair_inputs),
+        library=library("identify.py"),
+    output:
+        moduli="results/identification/{v}/moduli.csv",
+        samples="results/identification/{v}/samples.csv",
+        stress_free="results/identification/{v}/stress_free.vtu",
+        fit="results/identification/{v}/fit.csv",
+        history="results/identification/{v}/history.csv",
+    params:
+        gravity=pair_gravity,
+        tissues=TISSUES,
+        settings={key: value for key, value in IDENTIFICATION.items() if key != "grid"},
+        seed=config["seed"],
+    log:
+        "results/logs/identify/{v}.log",
+    benchmark:
+        "results/benchmarks/identify/{v}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/identify.py"
+
+
+rule identify_grid:
+    """The search by hand as a grid: what is left of skin and markers for every pair of moduli."""
+    input:
+        unpack(pair_inputs),
+        library=library("identify_grid.py"),
+    output:
+        "results/identification/{v}/grid.csv",
+    params:
+        gravity=pair_gravity,
+        tissues=TISSUES,
+        settings={key: IDENTIFICATION[key] for key in ("prior", "grid")},
+    log:
+        "results/logs/identify_grid/{v}.log",
+    benchmark:
+        "results/benchmarks/identify_grid/{v}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/identify_grid.py"
+
+
+rule figure_identification:
+    """The map of the grid, the way of the fit, and the moduli with their intervals."""
+    input:
+        grid="results/identification/{v}/grid.csv",
+        history="results/identification/{v}/history.csv",
+        moduli="results/identification/{v}/moduli.csv",
+        library=library("figure_identification.py"),
+    output:
+        "results/study/figures/identification_{v}.png",
+    params:
+        prior=IDENTIFICATION["prior"],
+    log:
+        "results/logs/figure_identification/{v}.log",
+    benchmark:
+        "results/benchmarks/figure_identification/{v}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_identification.py"

@@ -1,0 +1,19 @@
+"""Moduli fitted under gravity beside those used under compression."""
+
+import _log
+
+from mammosim.figures.literature import gravity_and_compression
+from mammosim.io.figures import write_figure
+from mammosim.io.tables import read_table
+from mammosim.io.tabulated import tabulated
+from mammosim.study.published import beside
+
+
+def main(fitted: str, ratios: str, out: str) -> None:
+    rows = beside(tabulated("published_biomechanics"), read_table(fitted))
+    write_figure(gravity_and_compression(rows, read_table(ratios)), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.fitted, snakemake.input.ratios, snakemake.output[0])

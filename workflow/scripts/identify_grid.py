@@ -1,0 +1,26 @@
+"""What is left of skin and markers on a grid of two moduli: the search by hand."""
+
+import _log
+
+from mammosim.io.tables import write_table
+from mammosim.study.identification import Prior, Problem
+from mammosim.study.pair import read_pair
+from mammosim.study.search import grid_table
+
+
+def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dict, settings: dict) -> None:
+    problem = Problem(read_pair(files, gravity), tissues, Prior(**settings["prior"]))
+    table = grid_table(problem, **settings["grid"])
+    table.insert(0, "volunteer", volunteer)
+    write_table(table, files["grid"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()) | {"grid": snakemake.output[0]},
+        snakemake.wildcards.v,
+        snakemake.params.gravity,
+        snakemake.params.tissues,
+        snakemake.params.settings,
+    )
