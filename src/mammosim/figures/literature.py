@@ -18,7 +18,8 @@ def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figur
     """Young's moduli in the literature (the report's table 1.1) and in this study, on a logarithmic axis.
 
     rows: of study.published.beside, fits with their intervals; here: name -> lowest and highest modulus that
-    this study assumes, kPa. A fit that is not identifiable is hollow.
+    this study assumes, kPa. A fit that is not identifiable is hollow; one that has only an upper end begins
+    at the axis.
     """
     used = pd.DataFrame(
         [("this study", name, low, high, USED, "") for name, (low, high) in here.items()],
@@ -32,12 +33,12 @@ def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figur
     figure = new_figure(1.2 + 0.22 * len(rows))
     ax = figure.subplots()
     for under, group in rows.groupby("under", sort=False):
-        _draw_ranges(ax, group, COLOURS[str(under)])
+        _draw_ranges(ax, group, COLOURS[str(under)], _lowest(rows))
         ax.plot([], [], color=COLOURS[str(under)], lw=5, label=under)
     _remark(ax, rows, "unverified", "from memory")
     _remark(ax, rows, "not identifiable", "not identifiable")
     ax.set_xscale("log")
-    ax.set_xlim(right=4 * rows.high_kpa.max())
+    ax.set_xlim(_lowest(rows), 4 * rows.high_kpa.max())
     ax.set_yticks(rows.index, rows.source + ", " + rows.tissue)
     ax.set_xlabel("Young's modulus (kPa)")
     figure.legend(loc="outside lower center", ncols=3)
@@ -46,13 +47,18 @@ def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figur
     return figure
 
 
-def _draw_ranges(ax: Axes, rows: pd.DataFrame, colour: str) -> None:
+def _lowest(rows: pd.DataFrame) -> float:
+    """Where a logarithmic axis of these moduli begins, kPa."""
+    return float(rows.low_kpa[rows.low_kpa > 0].min()) / 2
+
+
+def _draw_ranges(ax: Axes, rows: pd.DataFrame, colour: str, lowest: float) -> None:
     """A bar from low to high, with its ends; hollow where the data do not identify it."""
     for place, row in rows.iterrows():
         hollow = row.status == "not identifiable"
-        ax.hlines(place, row.low_kpa, row.high_kpa, colors=colour, lw=1.5 if hollow else 5)
+        ax.hlines(place, max(row.low_kpa, lowest), row.high_kpa, colors=colour, lw=1.5 if hollow else 5)
         face = "none" if hollow else colour
-        for end in (row.low_kpa, row.high_kpa):
+        for end in (end for end in (row.low_kpa, row.high_kpa) if end > 0):
             ax.scatter(end, place, facecolors=face, edgecolors=colour, s=28, zorder=3)
         if row.low_kpa < row.middle_kpa < row.high_kpa:
             ax.plot(row.middle_kpa, place, "|", color="white" if not hollow else colour, ms=7, zorder=4)

@@ -76,8 +76,8 @@ def shot() -> dict[str, Any]:
 
 def fitted_moduli() -> pd.DataFrame:
     return pd.DataFrame({"volunteer": "small", "side": ["left", "right", "left"],
-                         "tissue": ["adipose", "adipose", "glandular"], "fitted_kpa": [0.5, 0.6, 0.9],
-                         "low_kpa": [0.4, 0.5, 0.2], "high_kpa": [0.6, 0.8, 5.0],
+                         "tissue": ["adipose", "adipose", "fascia"], "fitted_kpa": [0.5, 0.6, 0.0],
+                         "low_kpa": [0.4, 0.5, 0.0], "high_kpa": [0.6, 0.8, 185.0],
                          "identifiable": [True, True, False]})  # fmt: skip
 
 
