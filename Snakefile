@@ -17,24 +17,15 @@ wildcard_constraints:
     side="left|right",
 
 
-include: "workflow/rules/volunteers.smk"
-include: "workflow/rules/images.smk"
-include: "workflow/rules/mesh.smk"
-include: "workflow/rules/morph.smk"
-include: "workflow/rules/mechanics.smk"
-include: "workflow/rules/unloading.smk"
-include: "workflow/rules/compression.smk"
-include: "workflow/rules/xray.smk"
-include: "workflow/rules/checks.smk"
-include: "workflow/rules/identification.smk"
-include: "workflow/rules/validation.smk"
-include: "workflow/rules/study.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/hard_cases.smk"
-include: "workflow/rules/recovery.smk"
-include: "workflow/rules/programs.smk"
-include: "workflow/rules/peers.smk"
-include: "workflow/rules/report.smk"
+# In the order in which one names what another made.
+STAGES = """
+    volunteers images mesh morph mechanics unloading compression xray checks identification
+    validation study figures hard_cases recovery programs peers report
+""".split()
+
+for stage in STAGES:
+
+    include: f"workflow/rules/{stage}.smk"
 
 
 rule study:

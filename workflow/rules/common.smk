@@ -187,3 +187,43 @@ def row(wildcards):
 def gravity(volunteer, position):
     """Its direction in the scanner frame of that position, 'x y z'."""
     return VOLUNTEERS[volunteer, position].gravity
+
+
+def first_guess(wildcards):
+    """The mean of prone and supine on the prone mesh, for the methods that begin there."""
+    begins = wildcards.method == "mean_start" or STRESS_FREE["start"] == "mean"
+    return f"results/morph/{wildcards.v}/mean_start.vtu" if begins else []
+
+
+def pair_inputs(wildcards):
+    """Meshes, fiducials and transforms of the two positions."""
+    files = {"start_transform": f"results/registration/{wildcards.v}/prone.tfm"}
+    for name, position in zip(("start", "goal"), FITTED_TO):
+        files[name] = f"results/meshes/{wildcards.v}/{position}.vtu"
+        files[f"{name}_fiducials"] = f"results/registration/{wildcards.v}/{position}_fiducials.csv"
+    return files
+
+
+def pair_gravity(wildcards):
+    """Its directions in the scanner frames of the two positions."""
+    return [gravity(wildcards.v, position) for position in FITTED_TO]
+
+
+def held_out(volunteer):
+    """The positions that no fit sees, of those that a volunteer was scanned in."""
+    return [p for p in positions(volunteer) if p in VALIDATION["positions"] and p not in SEGMENTED]
+
+
+def validated(volunteer):
+    """Every position that a prediction is compared with: fitted, then held out."""
+    return [*SEGMENTED, *held_out(volunteer)]
+
+
+def order_of(wildcards):
+    """The draws of a volunteer in their order of stiffness."""
+    return [f"results/propagation/{wildcards.v}/{wildcards.side}_order.csv"]
+
+
+def propagated(template):
+    """A path for every volunteer with a held-out position."""
+    return [template.format(v=v) for v in WOMEN if held_out(v)]

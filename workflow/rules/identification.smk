@@ -3,20 +3,6 @@ IDENTIFICATION = config["identification"]
 FITTED_TO = ("prone", REFERENCE)  # the body is the mesh of the first, and is loaded in the second
 
 
-def pair_inputs(wildcards):
-    """Meshes, fiducials and transforms of the two positions."""
-    files = {"start_transform": f"results/registration/{wildcards.v}/prone.tfm"}
-    for name, position in zip(("start", "goal"), FITTED_TO):
-        files[name] = f"results/meshes/{wildcards.v}/{position}.vtu"
-        files[f"{name}_fiducials"] = f"results/registration/{wildcards.v}/{position}_fiducials.csv"
-    return files
-
-
-def pair_gravity(wildcards):
-    """Its directions in the scanner frames of the two positions."""
-    return [gravity(wildcards.v, position) for position in FITTED_TO]
-
-
 rule identify:
     """Moduli by side and tissue from two positions, with their intervals, draws and the stress-free shape."""
     input:

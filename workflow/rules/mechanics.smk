@@ -4,12 +4,6 @@ UPRIGHT = config["mechanics"]["upright"]
 STRESS_FREE = config["mechanics"]["stress_free"]
 
 
-def first_guess(wildcards):
-    """The mean of prone and supine on the prone mesh, for the methods that begin there."""
-    begins = wildcards.method == "mean_start" or STRESS_FREE["start"] == "mean"
-    return f"results/morph/{wildcards.v}/mean_start.vtu" if begins else []
-
-
 rule sweep:
     """Supine taken as loaded, unloaded by reverse gravity, loaded prone, for one modulus."""
     input:

@@ -8,26 +8,6 @@ PRESSED = ["fit", *range(PROPAGATION["pressed"])]
 VIEWED = ("voxel_mm", "dose_error_percent", "scatter_pixel_mm", "detector_kerma_ugy")
 
 
-def held_out(volunteer):
-    """The positions that no fit sees, of those that a volunteer was scanned in."""
-    return [p for p in positions(volunteer) if p in VALIDATION["positions"] and p not in SEGMENTED]
-
-
-def validated(volunteer):
-    """Every position that a prediction is compared with: fitted, then held out."""
-    return [*SEGMENTED, *held_out(volunteer)]
-
-
-def order_of(wildcards):
-    """The draws of a volunteer in their order of stiffness."""
-    return [f"results/propagation/{wildcards.v}/{wildcards.side}_order.csv"]
-
-
-def propagated(template):
-    """A path for every volunteer with a held-out position."""
-    return [template.format(v=v) for v in WOMEN if held_out(v)]
-
-
 wildcard_constraints:
     rank="fit|[0-9]+",
 
