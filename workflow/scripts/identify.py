@@ -17,7 +17,7 @@ def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dic
     require_one_body(pair)
     problem = Problem(pair, tissues, Prior(**settings["prior"]), settings["model_error"])
     fit = fitted(problem, settings=FitSettings(errors=Errors(**settings["errors"])))
-    require_explained(pair, fit)
+    require_explained(fit)
     table = moduli_table(volunteer, problem, fit, fascia_mm=settings["fascia_mm"])
     write_table(table, files["moduli"])
     stream = (settings["seed"], volunteer, "identification")

@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mammosim.core.errors import IdentificationError
-from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.reference import cell_quadrature
 from mammosim.study.fit import Fit
 from mammosim.study.pair import Pair
@@ -28,6 +27,12 @@ def require_one_body(pair: Pair, *, middle_mm: float = 0.0) -> None:
             f"{len(crossed)} of {len(names)} breast markers ({', '.join(crossed)}) change sides "
             "between the positions: left and right are swapped; check names and image orientation"
         )
+    one, other = _volumes_cm3(pair)
+    if abs(other / one - 1) > LARGEST_VOLUME_CHANGE:
+        raise IdentificationError(
+            f"the soft tissue has {one:.0f} cm3 in one position and {other:.0f} cm3 in the other (at most "
+            f"{100 * LARGEST_VOLUME_CHANGE:g} % apart): these are probably two women; check who was scanned"
+        )
     shift, turn = chest_motion(pair)
     if shift > LARGEST_SHIFT_MM or turn > LARGEST_TURN_DEG:
         raise IdentificationError(
@@ -50,7 +55,7 @@ def chest_motion(pair: Pair) -> tuple[float, float]:
     return float(np.linalg.norm(other.mean(axis=0) - one.mean(axis=0))), float(np.degrees(turn.magnitude()))
 
 
-def require_explained(pair: Pair, fit: Fit) -> None:
+def require_explained(fit: Fit) -> None:
     """Raises IdentificationError when the best fit leaves more than measurement and model can."""
     left = fit.history[-1]
     if left.skin_rms_mm <= LARGEST_SKIN_MM and left.marker_rms_mm <= LARGEST_MARKER_MM:
@@ -58,18 +63,13 @@ def require_explained(pair: Pair, fit: Fit) -> None:
     raise IdentificationError(
         f"no moduli explain both positions: the best leave {left.skin_rms_mm:.1f} mm of the skin (at most "
         f"{LARGEST_SKIN_MM:g}) and {left.marker_rms_mm:.1f} mm of the markers (at most "
-        f"{LARGEST_MARKER_MM:g}). {other_woman(pair)}"
+        f"{LARGEST_MARKER_MM:g}). The volumes agree: look for markers exchanged within a breast, a wrong "
+        "segmentation, or what the model leaves out, such as ligaments"
     )
 
 
-def other_woman(pair: Pair) -> str:
-    """What the volumes of soft tissue say about whose positions these are."""
-    one, other = (_volume_cm3(position.mesh) for position in (pair.start, pair.goal))
-    words = f"The soft tissue has {one:.0f} and {other:.0f} cm3"
-    if abs(other / one - 1) > LARGEST_VOLUME_CHANGE:
-        return f"{words}: these are probably two women"
-    return f"{words}, as of one woman: look for markers exchanged within a breast, or a wrong segmentation"
-
-
-def _volume_cm3(mesh: TetMesh) -> float:
-    return float(cell_quadrature(mesh.points, mesh.cells).volumes.sum()) / 1e3
+def _volumes_cm3(pair: Pair) -> tuple[float, float]:
+    """Of the soft tissue in both positions."""
+    meshes = (pair.start.mesh, pair.goal.mesh)
+    one, other = (float(cell_quadrature(mesh.points, mesh.cells).volumes.sum()) for mesh in meshes)
+    return one / 1e3, other / 1e3
