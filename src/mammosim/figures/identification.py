@@ -48,7 +48,7 @@ def _draw_map(figure: Figure, ax: Axes, grid: pd.DataFrame) -> None:
 def _draw_way(ax: Axes, history: pd.DataFrame) -> None:
     ax.semilogy(history.iteration, history.skin_rms_mm, "o-", color=BLUE, label="skin")
     ax.semilogy(history.iteration, history.marker_rms_mm, "s-", color=VERMILION, label="markers")
-    ax.set(title="the fit", xlabel="iteration", ylabel="left of the data, rms (mm)")
+    ax.set(title="the fit: left of the data, rms (mm)", xlabel="iteration")
     ax.set_xticks(history.iteration)
     ax.legend()
 

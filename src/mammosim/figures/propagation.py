@@ -29,7 +29,7 @@ def propagation(table: pd.DataFrame) -> Figure:
         rows = table[table.quantity == quantity]
         _draw_intervals(ax, rows.assign(name=rows.volunteer + ", " + rows.side))
         ax.set(xlabel=label, title=title)
-        ax.set_xlim(left=0)
+        ax.set_xlim(0, 1.15 * ax.get_xlim()[1])
     figure.legend(*nipple.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
