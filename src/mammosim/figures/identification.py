@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SEQUENTIAL, VERMILION, new_figure, styled
+from mammosim.study.posterior import QUANTILE
 
 SIDES = {"left": ("o", BLUE, 0.15), "right": ("s", ORANGE, -0.15)}
 TISSUES = ("muscle", "skin", "glandular", "adipose")  # upward
@@ -55,7 +56,7 @@ def _draw_way(ax: Axes, history: pd.DataFrame) -> None:
 
 def _draw_moduli(ax: Axes, moduli: pd.DataFrame, prior: Mapping[str, Mapping[str, float]]) -> None:
     for n, tissue in enumerate(TISSUES):
-        median, reach = prior["median_kpa"][tissue], prior["factor"][tissue] ** 1.96
+        median, reach = prior["median_kpa"][tissue], prior["factor"][tissue] ** QUANTILE
         ax.plot([median / reach, median * reach], [n, n], color="#d5dae0", lw=14, solid_capstyle="butt")
     for row in moduli[moduli.tissue.isin(TISSUES)].itertuples():
         marker, colour, aside = SIDES[str(row.side)]

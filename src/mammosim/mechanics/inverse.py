@@ -113,9 +113,11 @@ class Linearised:
             return -solver.again(r, _PRECONDITIONER_ACCURACY)
 
         operator, preconditioner = (LinearOperator((n, n), matvec=f, dtype=float) for f in (J, M))
-        v, _ = gcrotmk(
+        v, unfinished = gcrotmk(
             operator, b, x0=first, M=preconditioner, rtol=accuracy, atol=0.0, m=_RESTART, maxiter=_CYCLES
         )
+        if unfinished:
+            log.warning("inverse: a linear system was not solved to %g in %d cycles", accuracy, _CYCLES)
         return self.system.spread(v)
 
 
@@ -143,8 +145,8 @@ def inverse(
 
     The history's distances are those of each correction. Without a start it begins with reverse gravity,
     under as much of the weight as Newton can begin with, and brings on the rest.
-    Raises MechanicsError for an ill-posed problem, EquilibriumError
-    when no reference was found, or when the measured shape would be no stable equilibrium of it.
+    Raises MechanicsError for an ill-posed problem, EquilibriumError when no reference was found, or when the
+    measured shape would be no stable equilibrium of it.
     """
     settings = settings or InverseSettings()
     require_well_posed(measured, held_nodes(measured))
