@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +13,7 @@ from mammosim.mechanics.acceleration import Anderson
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.corrections import Nodal, PulledBack, SurfaceDriven
-from mammosim.mechanics.fixed_point import FixedPoint, held_as_measured
+from mammosim.mechanics.fixed_point import Correction, FixedPoint, Steps, damped, held_as_measured
 from mammosim.mechanics.inverse import InverseSettings
 from mammosim.mechanics.inverse import inverse as newton_inverse
 from mammosim.mechanics.unloaded import DEFAULT, Method, Unloaded, UnloadingSettings, UnloadingStep
@@ -37,64 +38,42 @@ def reverse_gravity(
     return Unloaded(state.points, (step,))
 
 
-@shared_analysis()
-def fixed_point(
-    measured: TetMesh,
-    body: Body,
-    *,
-    gravity: np.ndarray,
-    start: np.ndarray | None = None,
-    settings: UnloadingSettings = DEFAULT,
-) -> Unloaded:
-    """X <- X - (x(X) - measured) at all nodes (Carter 2009); see Method."""
-    return FixedPoint(measured, body, gravity, Nodal(), settings=settings).from_start(start)
+@dataclass(frozen=True)
+class Iterated:
+    """A method that iterates: what it does about the distance, and how far it goes; see Method.
 
-
-@shared_analysis()
-def pull_back(
-    measured: TetMesh,
-    body: Body,
-    *,
-    gravity: np.ndarray,
-    start: np.ndarray | None = None,
-    settings: UnloadingSettings = DEFAULT,
-) -> Unloaded:
-    """X <- X - F^-1 (x(X) - measured) at all nodes (Eiben 2014); see Method."""
-    return FixedPoint(measured, body, gravity, PulledBack(), settings=settings).from_start(start)
-
-
-@shared_analysis()
-def mean_start(
-    measured: TetMesh,
-    body: Body,
-    *,
-    gravity: np.ndarray,
-    start: np.ndarray | None = None,
-    settings: UnloadingSettings = DEFAULT,
-) -> Unloaded:
-    """From the mean of prone and supine, corrected by the skin alone (the report's own); see Method.
-
-    start is that mean. Raises MechanicsError without one.
+    Raises MechanicsError without a start where it needs one.
     """
-    if start is None:
-        raise MechanicsError(
-            "mean_start begins at the mean of the prone and the supine shape of the same mesh: give it as "
-            "start, or take a method that begins at the measured shape"
-        )
-    return FixedPoint(measured, body, gravity, SurfaceDriven(), settings=settings).from_start(start)
+
+    correction: Correction
+    steps: Steps = damped
+    needs_start: str = ""
+
+    @shared_analysis()
+    def __call__(
+        self,
+        measured: TetMesh,
+        body: Body,
+        *,
+        gravity: np.ndarray,
+        start: np.ndarray | None = None,
+        settings: UnloadingSettings = DEFAULT,
+    ) -> Unloaded:
+        """The shape X that gravity brings to the measured one."""
+        if start is None and self.needs_start:
+            raise MechanicsError(self.needs_start)
+        return FixedPoint(measured, body, gravity, self.correction, self.steps, settings).from_start(start)
 
 
-@shared_analysis()
-def anderson(
-    measured: TetMesh,
-    body: Body,
-    *,
-    gravity: np.ndarray,
-    start: np.ndarray | None = None,
-    settings: UnloadingSettings = DEFAULT,
-) -> Unloaded:
-    """The fixed point with the difference pulled back, by Anderson's acceleration; see Method."""
-    return FixedPoint(measured, body, gravity, PulledBack(), Anderson(), settings).from_start(start)
+# Carter 2009, Eiben 2014, the report's own, and Eiben's by Anderson's acceleration.
+fixed_point = Iterated(Nodal())
+pull_back = Iterated(PulledBack())
+mean_start = Iterated(
+    SurfaceDriven(),
+    needs_start="mean_start begins at the mean of the prone and the supine shape of the same mesh: give it "
+    "as start, or take a method that begins at the measured shape",
+)
+anderson = Iterated(PulledBack(), Anderson())
 
 
 def inverse(
