@@ -1,4 +1,4 @@
-"""What passes along rays of known lengths: sum_E w exp(-sum_m mu_m(E) L_m), many rays and energies at once."""
+"""What passes along rays of known lengths: sum_E w exp(-sum_m mu_m(E) L_m), many rays and energies."""
 
 import numpy as np
 from numba import njit

@@ -26,7 +26,7 @@ class Lines(NamedTuple):
 
 
 def lines_along(phantom: Phantom, axis: int) -> Lines:
-    """The lines of a phantom along one axis (0, 1, 2 for x, y, z), which is called x here; y, z are the others."""
+    """The lines of a phantom along one axis (0, 1, 2), which is called x here; y, z are the others."""
     others = [a for a in range(3) if a != axis]
     order = (axis, *others)
     index = np.ascontiguousarray(phantom.index.transpose([2 - a for a in order[::-1]]))

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.attenuation import linear_attenuation
 from mammosim.xray.aligned import aligned_rows
+from mammosim.xray.attenuation import linear_attenuation
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.lines import lines_along, no_lines
 from mammosim.xray.phantom import Phantom

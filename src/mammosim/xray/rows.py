@@ -1,9 +1,9 @@
 """Exact lengths of all rays of a detector row at once, for rows parallel to an axis of the grid.
 
-The source and a row along x span a plane, and all rays of the row cross the faces across y and z at the same
-fractions t of their way: ray n is x(t) = xs + q_n t, q_n = q_0 + n dq. Between two such faces, ta to tb, a ray
-stays in one line of voxels along x, where the material changes at faces X only. With p = X - xs, the share of
-ta..tb that ray n spends beyond X is
+The source and a row along x span a plane, and all rays of the row cross the faces across y and z at the
+same fractions t of their way: ray n is x(t) = xs + q_n t, q_n = q_0 + n dq. Between two such faces, ta to tb,
+a ray stays in one line of voxels along x, where the material changes at faces X only. With p = X - xs, the
+share of ta..tb that ray n spends beyond X is
 
     g_n = 0  below q_n = p/tb,   tb - p/q_n  between,   tb - ta  above p/ta      (p > 0; mirrored for p < 0)
 
@@ -24,7 +24,7 @@ NO_T = 1e-12  # of the way; stands for t = 0 in p/t
 
 
 class Rows(NamedTuple):
-    """Rows of rays along x, in the axes of Lines: ray n of row r ends at corner + (n + 1/2) step x + r across.
+    """Rows of rays along x, in the axes of Lines: ray n of row r ends at corner + (n+1/2) step x + r across.
 
     source, corner, across: (3,) mm, across at right angles to x; step > 0 mm; height: of the source, mm.
     """
@@ -40,7 +40,7 @@ class Rows(NamedTuple):
 
 @njit(cache=True)
 def lengths_in_row(lines: Lines, rows: Rows, row: float, lengths: np.ndarray) -> None:
-    """Sets lengths (n_material, n_ray) mm of the rays of one row, r = row; [0] is air, outside the grid, too."""
+    """Sets lengths (n_material, n_ray) mm of the rays of one row, r = row; [0] is air, outside, too."""
     y, z = rows.corner[1] + row * rows.across[1], rows.corner[2] + row * rows.across[2]
     n_material, n_ray = lengths.shape
     steps = np.zeros((n_material, n_ray + 1))
@@ -74,9 +74,10 @@ def row_lengths(lines: Lines, rows: Rows, n_material: int) -> np.ndarray:
 
 @njit(cache=True, parallel=True)
 def row_images(lines: Lines, rows: Rows, samples: int, mu: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Images (n_weight, n_row, n_ray/samples): sum_E w exp(-sum_m mu_m L_m) cos(theta)/r^2, mean of samples^2.
+    """Images (n_weight, n_row, n_ray/samples): sum_E w exp(-sum_m mu_m L_m) cos(theta)/r^2, mean of rays.
 
-    rows holds samples rays per pixel; mu (n_material, n_energy) 1/mm; weights (n_weight, n_energy).
+    rows holds samples rays per pixel; samples rows are traced for each of its rows.
+    mu (n_material, n_energy) 1/mm; weights (n_weight, n_energy).
     """
     n_row, n_ray = rows.n_row, rows.n_ray
     n_weight = len(weights)
@@ -100,7 +101,7 @@ def row_images(lines: Lines, rows: Rows, samples: int, mu: np.ndarray, weights: 
 
 @njit(cache=True)
 def add_shares(lines: Lines, source: np.ndarray, y: float, z: float, q: tuple, steps: np.ndarray) -> None:
-    """Adds to steps (n_material, n_ray + 1) the differences along n of the shares of the way in each material.
+    """Adds to steps (n_material, n_ray + 1) the differences along n of the share of the way in each material.
 
     source (3,), and y, z of the row; q = (q_0, dq > 0) of x(t) = xs + (q_0 + n dq) t, mm. Row 0 is not used.
     """
