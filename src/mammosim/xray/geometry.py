@@ -146,7 +146,7 @@ def require_in_field(geometry: Geometry, points: np.ndarray, *, of: str = "breas
         low, high = np.nanmin(uv, axis=0), np.nanmax(uv, axis=0)
         raise XrayError(
             f"the shadow of the {of} spans {low[0]:.0f} to {high[0]:.0f} by {low[1]:.0f} to {high[1]:.0f} "
-            f"mm, but the detector {size[0]:.0f} x {size[1]:.0f} mm; enlarge field_mm, or move breast or source"
+            f"mm, but the detector {size[0]:.0f} x {size[1]:.0f} mm; enlarge field_mm, or move breast or tube"
         )
 
 
