@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mammosim.core.errors import XrayError
 from mammosim.xray.aligned import aligned_rows
 from mammosim.xray.attenuation import linear_attenuation
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.lines import lines_along, no_lines
 from mammosim.xray.phantom import Phantom
+from mammosim.xray.response import Response
 from mammosim.xray.rows import row_images, row_lengths
 from mammosim.xray.siddon import lengths_to, transmitted
 from mammosim.xray.spectrum import Spectrum, kerma_per_fluence
@@ -54,21 +54,18 @@ def primary(
     geometry: Geometry,
     spectrum: Spectrum,
     *,
-    response: np.ndarray | None = None,
+    response: Response | None = None,
     supersampling: int = 1,
 ) -> Primary:
-    """The primary image; response (n_energy,) is the mean energy in keV that a photon leaves in the detector.
+    """The primary image; the response is that of the detector to each photon.
 
     supersampling: rays per pixel and axis; their transmissions are averaged, not their lengths.
-    Raises XrayError when the response does not fit the spectrum.
     """
-    # ASSUME: without a given response, the detector absorbs every photon; the signal is its energy.
+    # ASSUME: without a response, the detector absorbs every photon; the signal is its energy.
     E, N = spectrum.energies_kev, spectrum.fluence * spectrum.distance_mm**2
-    R = E if response is None else np.asarray(response, float)
-    if R.shape != E.shape:
-        raise XrayError(f"response {R.shape} must have one value per energy of the spectrum {E.shape}")
+    first, second = (E, E**2) if response is None else response.moments(E)
     mu = np.array([linear_attenuation(m, E) for m in phantom.materials])
-    weights = np.array([N * R, N * R**2, N * kerma_per_fluence(E)])
+    weights = np.array([N * first, N * second, N * kerma_per_fluence(E)])
     signal, squared, kerma = _images(phantom, geometry, mu, weights, supersampling)
     (unobstructed,) = _images(None, geometry, mu[:1], weights[:1], supersampling)
     return Primary(signal, squared, kerma, unobstructed)

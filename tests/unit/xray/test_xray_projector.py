@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
 from mammosim.core.volume import grid_around
 from mammosim.xray.aligned import aligned_rows
@@ -12,6 +11,7 @@ from mammosim.xray.beer_lambert import passed
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import path_lengths, primary
+from mammosim.xray.response import Response
 from mammosim.xray.siddon import lengths_to
 from mammosim.xray.spectrum import Spectrum, monoenergetic
 
@@ -79,12 +79,15 @@ def test_a_ray_that_misses_the_phantom_sees_air():
     assert path_lengths(slabs(), away)[0, 0].tolist() == [pytest.approx(600.0), 0.0, 0.0]
 
 
-def test_response_weighs_the_energies():
-    plain, half = (primary(slabs(), GEOMETRY, BEAM, response=BEAM.energies_kev * f) for f in (1.0, 0.5))
-    np.testing.assert_allclose(half.signal, plain.signal / 2, rtol=1e-12)
-    np.testing.assert_allclose(half.signal_squared, plain.signal_squared / 4, rtol=1e-12)
-    with pytest.raises(XrayError, match="one value per energy"):
-        primary(slabs(), GEOMETRY, BEAM, response=np.ones(5))
+def test_a_response_takes_its_share_of_each_energy():
+    """One energy, no fluorescence: the signal falls by the absorbed share eta, and so does its square."""
+    layer = Response(WATER, 3.0, AIR)
+    beam = monoenergetic(20.0, distance_mm=600.0)
+    whole, part = (primary(slabs(), GEOMETRY, beam, response=r) for r in (None, layer))
+    eta = layer.absorption(np.array([20.0]))[0]
+    assert 0.05 < eta < 0.5
+    np.testing.assert_allclose(part.signal, eta * whole.signal, rtol=1e-12)
+    np.testing.assert_allclose(part.signal_squared, eta * whole.signal_squared, rtol=1e-12)
 
 
 def test_supersampling_converges_to_the_mean_over_the_pixel():
