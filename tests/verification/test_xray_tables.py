@@ -65,3 +65,28 @@ def chords(geometry: Geometry, R: float) -> np.ndarray:
     e = ray / np.linalg.norm(ray, axis=-1, keepdims=True)
     closest2 = geometry.source @ geometry.source - (e @ geometry.source) ** 2
     return 2 * np.sqrt(np.maximum(R**2 - closest2, 0))
+
+
+def test_lengths_in_a_voxel_cylinder_converge_to_the_chord_in_first_order():
+    """An upright half cylinder, the breast of AAPM report 195, seen from above its chest wall."""
+    x, y, _ = np.eye(3)
+    geometry = Geometry(
+        np.array([0.0, 0.0, 600.0]), Detector(np.array([-29.5, -29.5, -5.0]), x, y, (60, 60), 1.0)
+    )
+    d = geometry.detector
+    rows, columns = np.indices(d.shape)
+    ray = d.origin + d.pixel_mm * (columns[..., None] * d.u + rows[..., None] * d.v) - geometry.source
+    # x(t) = t r from the source above the axis: inside where t |r_xy| < R and 10 < z < 40
+    R, low, high = 25.0, 10.0, 40.0
+    t_in, t_out = (600.0 - high) / 605.0, (600.0 - low) / 605.0
+    leaves = R / np.maximum(np.hypot(ray[..., 0], ray[..., 1]), 1e-9)
+    chord = np.clip(np.minimum(t_out, leaves) - t_in, 0, None) * np.linalg.norm(ray, axis=-1)
+    errors = []
+    for h in (2.0, 1.0, 0.5):
+        grid = grid_around(np.array([-30.0, -30, low]), np.array([30.0, 30, high]), h)
+        inside = np.sum(grid.centres()[:, :2] ** 2, axis=1) < R**2
+        index = inside.reshape(grid.shape).astype(np.uint8)
+        L = path_lengths(Phantom(grid, index, (material("air"), material("water"))), geometry)[..., 1]
+        errors.append(np.mean(np.abs(L - chord)))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(rates > 0.7), rates

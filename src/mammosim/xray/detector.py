@@ -1,6 +1,6 @@
-"""An ideal energy-integrating detector: what it shows of primary and scatter, and its quantum noise.
+"""What a detector shows of primary and scatter: signal, noise, and whatever effects there are.
 
-A pixel of area A gathers S = sum of the energies of Poisson-many photons, so that
+A pixel of area A gathers S = sum of what each of its Poisson-many photons leaves, so that
 mean(S) = A mAs (p + s), var(S) = A mAs (p2 + s2), with p, s in keV/mm2/mAs and p2, s2 in keV2/mm2/mAs.
 """
 
@@ -10,8 +10,10 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
+from mammosim.xray.effects import Effect, Energy, QuantumNoise, Shot, after
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.projector import Primary
+from mammosim.xray.response import Response
 from mammosim.xray.tallies import Tallies
 
 
@@ -22,10 +24,20 @@ class Scatter:
     signal: np.ndarray
     signal_squared: np.ndarray
 
+    def left_in(self, response: Response) -> "Scatter":
+        """What the same photons leave in a detector that does not absorb all of them."""
+        # ASSUME: the response to scatter is that to photons of its mean energy, weighted by energy.
+        E = np.divide(
+            self.signal_squared, self.signal, out=np.full_like(self.signal, 20.0), where=self.signal > 0
+        )
+        knots = np.linspace(E.min(), E.max(), 50) if np.ptp(E) > 0 else np.array([E.flat[0]])
+        first, second = (np.interp(E, knots, moment) for moment in response.moments(knots))
+        return Scatter(self.signal * first / E, self.signal_squared * second / E**2)
+
 
 @dataclass(frozen=True)
 class Exposure:
-    """Images (nv, nu) of one exposure, gain x keV per pixel: with noise, its mean, its standard deviation."""
+    """Images (nv, nu) of one exposure, keV per pixel: with noise, its mean, its standard deviation."""
 
     image: np.ndarray
     mean: np.ndarray
@@ -61,24 +73,20 @@ def expose(
     mas: float,
     pixel_mm: float,
     rng: np.random.Generator,
-    gain: float = 1.0,
+    effects: tuple[Effect, ...] = (QuantumNoise(),),
 ) -> Exposure:
-    """One exposure of `mas` on pixels of pixel_mm, signal in gain x keV; without scatter when it is None.
+    """One exposure of `mas` on pixels of pixel_mm with the effects there are; no scatter when it is None.
 
     Raises XrayError when mas is not positive, or primary and scatter have different pixels.
     """
     if not 0 < mas < np.inf:
         raise XrayError(f"mas = {mas} must be positive; an automatic exposure gives it")
-    signal, squared = primary.signal, primary.signal_squared
-    if scatter is not None:
-        if scatter.signal.shape != signal.shape:
-            raise XrayError(
-                f"primary {signal.shape} and scatter {scatter.signal.shape} have different pixels"
-            )
-        signal, squared = signal + scatter.signal, squared + scatter.signal_squared
-    mean, variance = signal * pixel_mm**2 * mas, squared * pixel_mm**2 * mas
-    # ASSUME: the energy in a pixel is q times a Poisson number, q = variance/mean: right mean and variance.
-    # ASSUME: pixels are independent: the detector neither blurs nor adds electronic noise.
-    q = np.divide(variance, mean, out=np.ones_like(mean), where=mean > 0)
-    image = q * rng.poisson(mean / q)
-    return Exposure(gain * image, gain * mean, gain * np.sqrt(variance), mas)
+    nothing = np.zeros_like(primary.signal)
+    if scatter is None:
+        scatter = Scatter(nothing, nothing)
+    if scatter.signal.shape != nothing.shape:
+        raise XrayError(f"primary {nothing.shape} and scatter {scatter.signal.shape} have different pixels")
+    per = pixel_mm**2 * mas
+    direct, scattered = (Energy(e.signal, e.signal_squared).times(per) for e in (primary, scatter))
+    shot = after(effects, Shot(direct, scattered, pixel_mm, rng, nothing, nothing, nothing))
+    return Exposure(shot.image, shot.mean, np.sqrt(shot.variance), mas)

@@ -127,7 +127,7 @@ def mammography_geometry(
     Raises XrayError when the shadow of the breast (tissue with y < chest_wall_y_mm) leaves the field.
     """
     # ASSUME: the focal spot is a point above the chest-wall edge of the detector.
-    tops, bottom = _breast_surface(phantom, chest_wall_y_mm)
+    tops, bottom = breast_surface(phantom, chest_wall_y_mm)
     x = (tops[:, 0].min() + tops[:, 0].max()) / 2
     z = bottom - air_gap_mm
     shape = (round(field_mm[0] / pixel_mm), round(field_mm[1] / pixel_mm))
@@ -139,18 +139,18 @@ def mammography_geometry(
     return geometry
 
 
-def require_in_field(geometry: Geometry, points: np.ndarray) -> None:
-    """Raises XrayError when the shadow of one of the points (n, 3) leaves the detector."""
+def require_in_field(geometry: Geometry, points: np.ndarray, *, of: str = "breast") -> None:
+    """Raises XrayError when the shadow of one of the points (n, 3), `of` which it is, leaves the detector."""
     uv, size = geometry.project(points), geometry.detector.size_mm
     if not np.all((uv >= 0) & (uv <= size)):
         low, high = np.nanmin(uv, axis=0), np.nanmax(uv, axis=0)
         raise XrayError(
-            f"the shadow spans {low[0]:.0f} to {high[0]:.0f} by {low[1]:.0f} to {high[1]:.0f} mm, "
-            f"but the detector {size[0]:.0f} x {size[1]:.0f} mm; enlarge field_mm, or move breast or source"
+            f"the shadow of the {of} spans {low[0]:.0f} to {high[0]:.0f} by {low[1]:.0f} to {high[1]:.0f} "
+            f"mm, but the detector {size[0]:.0f} x {size[1]:.0f} mm; enlarge field_mm, or move breast or tube"
         )
 
 
-def _breast_surface(phantom: Phantom, chest_wall_y_mm: float) -> tuple[np.ndarray, float]:
+def breast_surface(phantom: Phantom, chest_wall_y_mm: float) -> tuple[np.ndarray, float]:
     """Highest tissue points (n, 3) of the voxel columns before the chest wall, and the lowest tissue's z."""
     grid = phantom.grid
     tissue = phantom.index != AIR

@@ -2,16 +2,20 @@
 
 At a pixel, I = sum_E N(E) R(E) exp(-sum_m mu_m(E) L_m) (d/r)^2 cos(theta): N photons per mm2 at distance d,
 R the signal of one photon, L_m mm in material m, r mm from the source, theta the angle to the normal.
+Rows of pixels along an axis of the grid are traced together (xray.rows), others ray by ray (xray.siddon).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from mammosim.core.errors import XrayError
+from mammosim.xray.aligned import aligned_rows
 from mammosim.xray.attenuation import linear_attenuation
 from mammosim.xray.geometry import Geometry
+from mammosim.xray.lines import lines_along, no_lines
 from mammosim.xray.phantom import Phantom
+from mammosim.xray.response import Response
+from mammosim.xray.rows import row_images, row_lengths
 from mammosim.xray.siddon import lengths_to, transmitted
 from mammosim.xray.spectrum import Spectrum, kerma_per_fluence
 
@@ -32,13 +36,16 @@ class Primary:
 
 def path_lengths(phantom: Phantom, geometry: Geometry) -> np.ndarray:
     """Lengths (nv, nu, n_material) mm of the rays from the source to the pixel centres; [0] is the air."""
+    n_material, aligned = len(phantom.materials), aligned_rows(geometry)
+    if aligned is not None:
+        lengths = row_lengths(lines_along(phantom, aligned.axis), aligned.rows(1), n_material)
+        return np.ascontiguousarray(np.moveaxis(aligned.as_image(lengths), 0, -1))
     d = geometry.detector
     rows, columns = np.indices(d.shape)
     targets = d.origin + d.pixel_mm * (columns[..., None] * d.u + rows[..., None] * d.v)
     lengths = lengths_to(
-        phantom.index, phantom.low, phantom.grid.spacing, geometry.source, targets.reshape(-1, 3),
-        len(phantom.materials),
-    )  # fmt: skip
+        phantom.index, phantom.low, phantom.grid.spacing, geometry.source, targets.reshape(-1, 3), n_material
+    )
     return lengths.reshape(*d.shape, -1)
 
 
@@ -47,29 +54,36 @@ def primary(
     geometry: Geometry,
     spectrum: Spectrum,
     *,
-    response: np.ndarray | None = None,
+    response: Response | None = None,
     supersampling: int = 1,
 ) -> Primary:
-    """The primary image; response (n_energy,) is the mean energy in keV that a photon leaves in the detector.
+    """The primary image; the response is that of the detector to each photon.
 
     supersampling: rays per pixel and axis; their transmissions are averaged, not their lengths.
-    Raises XrayError when the response does not fit the spectrum.
     """
-    # ASSUME: without a given response, the detector absorbs every photon; the signal is its energy.
+    # ASSUME: without a response, the detector absorbs every photon; the signal is its energy.
     E, N = spectrum.energies_kev, spectrum.fluence * spectrum.distance_mm**2
-    R = E if response is None else np.asarray(response, float)
-    if R.shape != E.shape:
-        raise XrayError(f"response {R.shape} must have one value per energy of the spectrum {E.shape}")
+    first, second = (E, E**2) if response is None else response.moments(E)
     mu = np.array([linear_attenuation(m, E) for m in phantom.materials])
-    weights = np.array([N * R, N * R**2, N * kerma_per_fluence(E)])
-    d = geometry.detector
-
-    def images(index: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        return transmitted(
-            index, phantom.low, phantom.grid.spacing, np.asarray(geometry.source, float), d.corner,
-            d.pixel_mm * d.u, d.pixel_mm * d.v, d.shape, supersampling, mu, rows,
-        )  # fmt: skip
-
-    signal, squared, kerma = images(phantom.index, weights)
-    (unobstructed,) = images(np.zeros((1, 1, 1), np.uint8), weights[:1])
+    weights = np.array([N * first, N * second, N * kerma_per_fluence(E)])
+    signal, squared, kerma = _images(phantom, geometry, mu, weights, supersampling)
+    (unobstructed,) = _images(None, geometry, mu[:1], weights[:1], supersampling)
     return Primary(signal, squared, kerma, unobstructed)
+
+
+def _images(
+    phantom: Phantom | None, geometry: Geometry, mu: np.ndarray, weights: np.ndarray, samples: int
+) -> np.ndarray:
+    """Images (n_weight, nv, nu) of the spectra `weights`; without phantom of air."""
+    aligned = aligned_rows(geometry)
+    if aligned is not None:
+        lines = no_lines() if phantom is None else lines_along(phantom, aligned.axis)
+        return aligned.as_image(row_images(lines, aligned.rows(samples), samples, mu, weights))
+    d, voxel = geometry.detector, np.ones(3)
+    body = (np.zeros((1, 1, 1), np.uint8), -voxel, voxel)
+    if phantom is not None:
+        body = (phantom.index, phantom.low, phantom.grid.spacing)
+    return transmitted(
+        *body, np.asarray(geometry.source, float), d.corner, d.pixel_mm * d.u, d.pixel_mm * d.v, d.shape,
+        samples, mu, weights,
+    )  # fmt: skip

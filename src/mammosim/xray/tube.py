@@ -65,7 +65,10 @@ def require_tube(anode: str, filter: str, filter_mm: float, kvp: float) -> None:
     """Raises XrayError for a tube voltage, target, filter or thickness outside those of mammography."""
     low, high = KVP_LIMITS
     if not low <= kvp <= high:
-        raise XrayError(f"kvp = {kvp:g} is outside {low:g} to {high:g} kV, the range of mammography")
+        raise XrayError(
+            f"kvp = {kvp:g} is outside {low:g} to {high:g} kV, the range of mammography; beams of computed "
+            "tomography and radiography need another tube and other tables"
+        )
     table = tabulated("tube_combinations").set_index(["anode", "filter"])
     if (anode, filter) not in table.index:
         known = ", ".join("/".join(pair) for pair in table.index)

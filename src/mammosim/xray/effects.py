@@ -1,0 +1,242 @@
+"""What happens to an image between the body and the number in a pixel: each effect is an object, or absent.
+
+Every effect takes what a detector pixel holds, in keV, and returns it changed. Their order is that of the
+light: tube (Heel, FocalSpot), grid, counting of quanta, spread in the detector (Blur), pixels (Structure),
+electronics.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from mammosim.core.errors import XrayError
+from mammosim.core.rng import generator
+from mammosim.io.tabulated import tabulated
+from mammosim.xray.response import detector_row
+
+FWHM_PER_SIGMA = 2 * np.sqrt(2 * np.log(2))
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Sums per pixel (nv, nu) over its photons: of what each leaves, keV, and of the square of that, keV2."""
+
+    signal: np.ndarray
+    squared: np.ndarray
+
+    def times(self, factor: np.ndarray | float) -> "Energy":
+        """The same photons, more or fewer of them."""
+        return Energy(self.signal * factor, self.squared * factor)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One exposure of pixels of pixel_mm: primary and scatter to come, and what was made of them.
+
+    image, mean, variance: (nv, nu) in keV, keV, keV2; the image is the mean and one draw of the noise.
+    """
+
+    primary: Energy
+    scatter: Energy
+    pixel_mm: float
+    rng: np.random.Generator
+    image: np.ndarray
+    mean: np.ndarray
+    variance: np.ndarray
+
+    def detected(self) -> "Shot":
+        """The image of primary and scatter, still without noise."""
+        mean = self.primary.signal + self.scatter.signal
+        return replace(self, image=mean, mean=mean, variance=np.zeros_like(mean))
+
+
+class Effect(Protocol):
+    """stage: its place in the order of the light; below DETECTION it changes photons, above it the image."""
+
+    stage: ClassVar[int]
+
+    def __call__(self, shot: Shot) -> Shot: ...
+
+
+DETECTION = 3
+
+
+@dataclass(frozen=True)
+class Heel:
+    """The anode's own absorption: the primary of each pixel times factor (nv, nu), see xray.heel."""
+
+    stage: ClassVar[int] = 0
+    factor: np.ndarray
+
+    def __call__(self, shot: Shot) -> Shot:
+        # ASSUME: the heel takes photons of all energies alike; scatter, from everywhere, does not show it.
+        return replace(shot, primary=shot.primary.times(self.factor))
+
+
+@dataclass(frozen=True)
+class FocalSpot:
+    """A Gaussian focal spot of fwhm_mm (full width at half maximum), seen at a magnification.
+
+    Raises XrayError when the width is not positive, or the magnification below one.
+    """
+
+    stage: ClassVar[int] = 1
+    fwhm_mm: float
+    magnification: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.fwhm_mm < 5 or not 1 <= self.magnification < 5:
+            raise XrayError(
+                f"focal spot of {self.fwhm_mm} mm at magnification {self.magnification}: "
+                "usual are 0.1 to 0.4 mm at 1 to 2"
+            )
+
+    def __call__(self, shot: Shot) -> Shot:
+        # ASSUME: the whole body is blurred like one plane of it, that of the given magnification.
+        sigma = self.fwhm_mm * (self.magnification - 1) / FWHM_PER_SIGMA / shot.pixel_mm
+        sums = (shot.primary.signal, shot.primary.squared)
+        return replace(shot, primary=Energy(*(gaussian_filter(e, sigma, mode="nearest") for e in sums)))
+
+
+@dataclass(frozen=True)
+class Grid:
+    """An anti-scatter grid: the shares of primary and of scatter that pass.
+
+    Raises XrayError when one is outside (0, 1].
+    """
+
+    stage: ClassVar[int] = 2
+    primary: float
+    scatter: float
+
+    def __post_init__(self) -> None:
+        if not (0 < self.primary <= 1 and 0 < self.scatter <= 1):
+            raise XrayError(
+                f"a grid passes shares, not {self.primary} of primary and {self.scatter} of scatter"
+            )
+
+    def __call__(self, shot: Shot) -> Shot:
+        # ASSUME: a grid passes the same share everywhere and at all energies, and shows no lines.
+        return replace(
+            shot, primary=shot.primary.times(self.primary), scatter=shot.scatter.times(self.scatter)
+        )
+
+
+def grid_of(name: str) -> Grid:
+    """A grid of the table `grids`. Raises XrayError when it has no such grid."""
+    rows = {row["grid"]: row for row in tabulated("grids").to_dict("records")}
+    if name not in rows:
+        raise XrayError(f"unknown grid {name!r}; choose one of: {', '.join(rows)}")
+    return Grid(rows[name]["primary"], rows[name]["scatter"])
+
+
+@dataclass(frozen=True)
+class QuantumNoise:
+    """Poisson many photons: variance is the sum of the squares of what each leaves."""
+
+    stage: ClassVar[int] = DETECTION
+
+    def __call__(self, shot: Shot) -> Shot:
+        # ASSUME: the energy in a pixel is q times a Poisson number, q = variance/mean: both are right.
+        squared, mean = shot.primary.squared + shot.scatter.squared, shot.mean
+        q = np.divide(squared, mean, out=np.ones_like(mean), where=mean > 0)
+        image = q * shot.rng.poisson(mean / q)
+        return replace(shot, image=image, variance=shot.variance + squared)
+
+
+@dataclass(frozen=True)
+class Blur:
+    """Spread in the detector with the transfer T(f), gaussian exp(-(f/f0)^2) or lorentzian 1/(1 + (f/f0)^2).
+
+    The aperture of the pixel, sinc(f pixel), is in the image already. Raises XrayError for another shape.
+    """
+
+    stage: ClassVar[int] = 4
+    shape: str
+    per_mm: float
+
+    def __post_init__(self) -> None:
+        if self.shape not in ("gaussian", "lorentzian") or not self.per_mm > 0:
+            raise XrayError(f"blur {self.shape!r} of {self.per_mm}/mm: gaussian or lorentzian, 1 to 20/mm")
+
+    def transfer(self, f: np.ndarray) -> np.ndarray:
+        """T at spatial frequencies f per mm."""
+        s2 = (f / self.per_mm) ** 2
+        return np.exp(-s2) if self.shape == "gaussian" else 1 / (1 + s2)
+
+    def __call__(self, shot: Shot) -> Shot:
+        # ASSUME: the detector blurs what its pixels sampled: frequencies beyond theirs do not fold back.
+        T = self._filter(tuple(2 * n for n in shot.image.shape), shot.pixel_mm)
+        # white noise of neighbours mixes: its variance falls by the mean of T^2
+        left = float(np.mean(T**2))
+        return replace(
+            shot,
+            image=_filtered(shot.image, T),
+            mean=_filtered(shot.mean, T),
+            variance=_filtered(shot.variance, T) * left,
+        )
+
+    def _filter(self, shape: tuple[int, ...], pixel_mm: float) -> np.ndarray:
+        """T on the frequencies of an image of this shape."""
+        fv, fu = (np.fft.fftfreq(n, pixel_mm) for n in shape)
+        return self.transfer(np.hypot(fv[:, None], fu))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Pixels whose gain differs by `share` (standard deviation), the same in every image of one `seed`."""
+
+    stage: ClassVar[int] = 5
+    share: float
+    seed: int
+
+    def __call__(self, shot: Shot) -> Shot:
+        gain = self.gain(shot.image.shape)
+        return replace(shot, image=shot.image * gain, variance=shot.variance + (self.share * shot.mean) ** 2)
+
+    def gain(self, shape: tuple[int, ...]) -> np.ndarray:
+        """The gain of each pixel."""
+        # ASSUME: what flat-field correction leaves of the gains is white.
+        return 1 + self.share * generator(self.seed, "structure").standard_normal(shape)
+
+
+@dataclass(frozen=True)
+class ElectronicNoise:
+    """Normal noise of the read-out, kev per pixel (standard deviation)."""
+
+    stage: ClassVar[int] = 6
+    kev: float
+
+    def __call__(self, shot: Shot) -> Shot:
+        noise = self.kev * shot.rng.standard_normal(shot.image.shape)
+        return replace(shot, image=shot.image + noise, variance=shot.variance + self.kev**2)
+
+
+def detector_effects(detector: str) -> tuple[Effect, ...]:
+    """Quantum noise, blur and, where it is known, electronic noise of a detector of `image_detectors`."""
+    row = detector_row(detector)
+    effects: tuple[Effect, ...] = (QuantumNoise(), Blur(row["blur"], row["blur_per_mm"]))
+    if row["electronic_noise_electrons"]:
+        effects += (ElectronicNoise(row["electronic_noise_electrons"] * row["ev_per_electron"] / 1e3),)
+    return effects
+
+
+def after(effects: Iterable[Effect], shot: Shot) -> Shot:
+    """What the effects make of a shot, in the order of the light, in whatever order they are given."""
+    ordered = sorted(effects, key=lambda effect: effect.stage)
+    for effect in (e for e in ordered if e.stage < DETECTION):
+        shot = effect(shot)
+    shot = shot.detected()
+    for effect in (e for e in ordered if e.stage >= DETECTION):
+        shot = effect(shot)
+    return shot
+
+
+def _filtered(image: np.ndarray, T: np.ndarray) -> np.ndarray:
+    """An image times T (2 nv, 2 nu) in frequencies, mirrored at its borders."""
+    nv, nu = image.shape
+    mirrored = np.pad(image, ((0, nv), (0, nu)), mode="symmetric")
+    return np.fft.ifft2(np.fft.fft2(mirrored) * T).real[:nv, :nu]

@@ -1,0 +1,215 @@
+"""Detector and noise: what is put into an image is what is measured on it."""
+
+import numpy as np
+import pytest
+
+from mammosim.core.errors import XrayError
+from mammosim.core.rng import generator
+from mammosim.xray.attenuation import linear_attenuation, material
+from mammosim.xray.detector import Scatter, expose
+from mammosim.xray.effects import (
+    Blur,
+    ElectronicNoise,
+    FocalSpot,
+    Grid,
+    Heel,
+    QuantumNoise,
+    Structure,
+    detector_effects,
+    grid_of,
+)
+from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.heel import heel
+from mammosim.xray.measured import Curve, edge_transfer, noise_power
+from mammosim.xray.projector import Primary
+from mammosim.xray.response import Response, response_of
+
+PIXEL = 0.1
+AIR = material("air")
+
+
+def field(signal: np.ndarray, kev: float = 20.0) -> Primary:
+    """Photons of one energy; signal (nv, nu) in keV/mm2 per mAs."""
+    return Primary(signal, kev * signal, 1e-7 * signal, signal)
+
+
+def flat(shape: tuple[int, int] = (192, 192)) -> Primary:
+    """4000 photons of 20 keV per mm2 and mAs."""
+    return field(np.full(shape, 8e4))
+
+
+def shots(primary: Primary, effects: tuple, count: int) -> list:
+    return [
+        expose(primary, None, mas=10.0, pixel_mm=PIXEL, rng=generator(7, n), effects=effects)
+        for n in range(count)
+    ]
+
+
+def chi2(measured: Curve, expected: np.ndarray) -> float:
+    """Mean square deviation in standard errors; one, with a spread of sqrt(2/n) for n values."""
+    return float(np.mean(((measured.value - expected) / measured.error) ** 2))
+
+
+EFFECTS = {
+    "none": (),
+    "quanta": (QuantumNoise(),),
+    "quanta, gaussian": (QuantumNoise(), Blur("gaussian", 6.0)),
+    "quanta, lorentzian, electronic": (ElectronicNoise(120.0), Blur("lorentzian", 4.3), QuantumNoise()),
+}
+
+
+@pytest.mark.parametrize("name", [name for name in EFFECTS if name != "none"])
+def test_noise_power_is_that_of_quanta_through_the_blur_and_of_electronics(name):
+    """NPS = N q^2 A T(f)^2 + sigma^2 A for N photons of q in a pixel of area A, in whatever order."""
+    effects = EFFECTS[name]
+    found = shots(flat(), effects, 6)
+    power = noise_power([s.image for s in found], found[0].mean, pixel_mm=PIXEL)
+    N, A = 4000 * 10 * PIXEL**2, PIXEL**2
+    T = next((e.transfer(power.f) for e in effects if isinstance(e, Blur)), 1.0)
+    sigma = next((e.kev for e in effects if isinstance(e, ElectronicNoise)), 0.0)
+    n = len(power.f)
+    # rings are wide: T^2 varies within one by less than its errors of 2 percent
+    assert chi2(power, N * 20**2 * A * T**2 + sigma**2 * A) < 1 + 5 * np.sqrt(2 / n)
+    assert np.mean([s.image.var() for s in found]) == pytest.approx(np.mean(found[0].noise ** 2), rel=0.02)
+
+
+def test_structure_is_the_same_in_every_image_and_quanta_are_not():
+    """Half the variance of a difference is quanta alone; the gains of pixels go with it."""
+    effects = (QuantumNoise(), Structure(0.05, seed=3))
+    a, b = (s.image for s in shots(flat(), effects, 2))
+    N = 4000 * 10 * PIXEL**2
+    assert np.var(a - b) / 2 == pytest.approx(N * 20**2 * (1 + 0.05**2), rel=4 * np.sqrt(2 / a.size))
+    expected = N * 20**2 + (0.05 * N * 20) ** 2
+    assert np.var((a + b) / 2) == pytest.approx(expected - N * 20**2 / 2, rel=4 * np.sqrt(2 / a.size))
+
+
+def edge(slope: float, shape: tuple[int, int]) -> Primary:
+    """Half the photons beyond x = middle + slope y, exactly averaged over each pixel in x."""
+    x = np.arange(shape[1]) - (shape[1] - 1) / 2 - slope * (np.arange(shape[0])[:, None] - (shape[0] - 1) / 2)
+    rows = np.linspace(-0.5, 0.5, 33)[:-1] + 1 / 64
+    share = np.mean([np.clip(x - slope * r + 0.5, 0, 1) for r in rows], axis=0)
+    return field(8e6 * (1 - 0.5 * share))
+
+
+@pytest.mark.parametrize("blur", [None, Blur("gaussian", 6.0), Blur("lorentzian", 4.3)])
+def test_the_transfer_of_an_edge_is_the_pixels_times_the_blur(blur):
+    """Within 3.5 standard errors, and 0.005 for the finite profile, where a lorentzian has not died out."""
+    effects = (QuantumNoise(),) if blur is None else (QuantumNoise(), blur)
+    images = [s.image for s in shots(edge(0.05, (160, 128)), effects, 8)]
+    found = edge_transfer(images, slope=0.05, pixel_mm=PIXEL)
+    expected = np.sinc(found.f * PIXEL) * (1.0 if blur is None else blur.transfer(found.f))
+    assert np.all(np.abs(found.value - expected) < 3.5 * found.error + 0.005)
+    assert found.error.max() < 0.02
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_the_mean_of_images_is_the_mean_and_without_noise_they_are_it(name):
+    found = shots(flat((64, 64)), EFFECTS[name], 2)
+    np.testing.assert_allclose(found[0].mean, 8e4 * 10 * PIXEL**2, rtol=1e-9)
+    if name == "none":
+        np.testing.assert_array_equal(found[0].image, found[0].mean)
+        assert not found[0].noise.any()
+
+
+def test_a_grid_lowers_scatter_more_than_primary():
+    """Selectivity: scatter to primary falls by Ts/Tp; the Bucky factor of primary alone is 1/Tp."""
+    grid, ones = grid_of("siemens_prototype"), np.ones((8, 8))
+    scatter = Scatter(4e4 * ones, 7e5 * ones)
+    bare, through = (
+        expose(flat((8, 8)), scatter, mas=1.0, pixel_mm=1.0, rng=generator(1), effects=e)
+        for e in ((), (grid,))
+    )
+    np.testing.assert_allclose(bare.mean, 12e4)
+    np.testing.assert_allclose(through.mean, 0.73 * 8e4 + 0.13 * 4e4)
+
+
+def test_a_focal_spot_blurs_by_its_size_times_magnification_less_one():
+    """The variance of a point's image is (fwhm (M - 1))^2 / (8 ln 2), for a spot much wider than a pixel."""
+    point = np.zeros((81, 81))
+    point[40, 40] = 1e6
+    spot = FocalSpot(0.3, 2.0)
+    (image,) = (s.mean for s in shots(field(point), (spot,), 1))
+    x = PIXEL * (np.arange(81) - 40)
+    assert image.sum() == pytest.approx(1e6 * 10 * PIXEL**2)
+    assert image.sum(axis=0) @ x**2 / image.sum() == pytest.approx(0.09 / (8 * np.log(2)), rel=0.02)
+    in_contact, without = (shots(field(point), e, 1)[0].mean for e in ((FocalSpot(0.3, 1.0),), ()))
+    np.testing.assert_array_equal(in_contact, without)
+
+
+def test_the_heel_takes_from_the_anodes_side_and_leaves_the_chest_wall():
+    d = Detector(np.array([0.0, 0.5, 0.0]), np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), (200, 3), 1.0)
+    geometry = Geometry(np.array([0.0, 0.0, 650.0]), d)
+    factor = heel(geometry, ("W", "Rh", 0.05, 28.0)).factor
+    assert factor.shape == (200, 3)
+    assert factor[0, 0] == pytest.approx(1.0, abs=0.002)
+    assert np.all(np.diff(factor[:, 0]) < 0)
+    assert 0.6 < factor[-1, 0] < 0.95
+    with pytest.raises(XrayError, match="make chest_angle_deg larger"):
+        heel(geometry, ("W", "Rh", 0.05, 28.0), chest_angle_deg=15.0)
+    image = expose(
+        field(np.ones((200, 3))), None, mas=1.0, pixel_mm=1.0, rng=generator(1), effects=(Heel(factor),)
+    )
+    np.testing.assert_allclose(image.mean, factor)
+
+
+def test_a_thick_layer_absorbs_every_photon_and_below_the_edge_all_energy():
+    thick, E = Response(material("selenium"), 4.0, AIR), np.array([8.0, 12.0])
+    first, second = thick.moments(E)
+    np.testing.assert_allclose(first, E, rtol=1e-6)
+    np.testing.assert_allclose(second, E**2, rtol=1e-6)
+
+
+def test_fluorescence_escapes_above_the_edge_and_adds_noise():
+    """Swank factor <q>^2/(eta <q^2>) below one; of a deep layer one side lets out less than half."""
+    deep = Response(material("selenium"), 4.0, AIR)
+    E = np.array([13.0, 20.0, 30.0])
+    first, second = deep.moments(E)
+    escape = (E - first) / 11.4  # mean energy of the lines
+    assert np.all((escape > 0) & (escape < 0.5 * 0.8616 * 0.6019))
+    assert np.all(np.diff(escape) < 0)
+    assert np.all(first**2 / second < 1)
+
+
+def test_the_layers_of_the_table_have_the_free_paths_of_their_source():
+    """VICTRE: 0.04027 mm in selenium, 19.616 mm in polystyrene at 19 keV; other tables: within 1 percent."""
+    E = np.array([19.0])
+    mu = {name: linear_attenuation(material(name), E)[0] for name in ("selenium", "polystyrene")}
+    assert 1 / mu["selenium"] == pytest.approx(0.04027, rel=0.01)
+    assert 1 / mu["polystyrene"] == pytest.approx(19.616, rel=0.01)
+    assert response_of("selenium").absorption(E)[0] == pytest.approx(
+        np.exp(-1 / 19.616) * (1 - np.exp(-0.2 / 0.04027)), rel=0.01
+    )
+
+
+def test_the_blur_of_caesium_iodide_is_that_measured():
+    """Whole transfer of pixels of 0.1 mm: 0.73, 0.42, 0.28 at 2, 4, 5/mm; one parameter fits to 0.04."""
+    blur = next(e for e in detector_effects("caesium_iodide") if isinstance(e, Blur))
+    f = np.array([2.0, 4.0, 5.0])
+    np.testing.assert_allclose(blur.transfer(f) * np.sinc(0.1 * f), [0.73, 0.42, 0.28], atol=0.04)
+
+
+def test_scatter_leaves_in_a_detector_what_photons_of_its_mean_energy_leave():
+    layer, ones = Response(material("water"), 3.0, AIR), np.ones((2, 2))
+    left = Scatter(20.0 * ones, 400.0 * ones).left_in(layer)
+    first, second = layer.moments(np.array([20.0]))
+    np.testing.assert_allclose(left.signal, first[0])
+    np.testing.assert_allclose(left.signal_squared, second[0])
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        (lambda: FocalSpot(-0.3, 1.5), "usual are 0.1 to 0.4"),
+        (lambda: Grid(0.7, 0.0), "grid passes shares"),
+        (lambda: grid_of("none"), "siemens_prototype"),
+        (lambda: Blur("box", 5.0), "gaussian or lorentzian"),
+        (lambda: response_of("film"), "choose one of: selenium"),
+        (lambda: Response(material("selenium"), 200.0, AIR), "give mm"),
+        (lambda: Response(material("selenium"), 0.2, AIR, swank=0.0), "swank"),
+        (lambda: noise_power([np.ones((8, 8))], np.ones((8, 8)), pixel_mm=0.1), "make side smaller"),
+        (lambda: edge_transfer([np.ones((8, 8))], slope=0.1, pixel_mm=0.1), "two images or more"),
+    ],
+)
+def test_impossible_effects_are_refused(make, word):
+    with pytest.raises(XrayError, match=word):
+        make()
