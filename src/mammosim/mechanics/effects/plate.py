@@ -47,6 +47,14 @@ class RoundedBox:
         """d2d/dx2 (n, 3, 3): (1 - n (x) n) / |max(q, 0)| in the directions i of q_i > 0, else zero."""
         return _hessians(x, self.centre, self.axes, self.half_sizes - self.radius)
 
+    def material(self, x: np.ndarray) -> np.ndarray:
+        """Coordinates y (n, 3) = R^T (x - c) along the axes of the box, mm."""
+        return (x - self.centre) @ self.axes
+
+    def position(self, y: np.ndarray) -> np.ndarray:
+        """x (n, 3) = c + R y."""
+        return self.centre + y @ self.axes.T
+
     def moved(self, shift: np.ndarray) -> "RoundedBox":
         """The box shifted by (3,) mm."""
         return replace(self, centre=self.centre + shift)
