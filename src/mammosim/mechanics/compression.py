@@ -49,9 +49,10 @@ class Compression:
     path: one row per step: thickness_mm (between the faces at their middle), readout_mm (before the paddle
     yields), force_n (of the skin on the paddle along the axis), support_force_n, chest_force_n (on the body
     by held nodes, chest wall and weight, so that the first is the sum of the others), contact_area_mm2 and
-    mean_pressure_kpa of the paddle, peak_pressure_kpa (largest mean of a face), penetration_mm, tilt_deg,
-    deflection_mm (largest of the paddle's face), energy_uj (of body, contact and paddle), dissipated_uj (by
-    friction), smallest_J, iterations (of Newton), seconds, work_uj (of the plates, by trapezoids).
+    mean_pressure_kpa of the paddle, peak_pressure_kpa (largest mean of a face over its part in contact),
+    penetration_mm, tilt_deg, deflection_mm (largest of the paddle's face), energy_uj (of body, contact and
+    paddle), dissipated_uj (by friction), smallest_J, iterations (of Newton), seconds, work_uj (of the plates,
+    by trapezoids).
     """
 
     points: np.ndarray
@@ -127,26 +128,22 @@ def _press(
     rule = six_points_in_each(settings.parts)
     penalty = settings.penalty_kpa_per_mm or _penalty(effects)
     areas = rule.areas(mesh.points, faces)
-    # Apart, so that nothing touches: the pattern of the system is that of all faces.
-    boxes = replace(plates, paddle=Plates.paddle).at(1e3 * np.ptp(mesh.points))
-    contacts = tuple(RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
-    with system_of(Potential((*effects, *contacts)), held) as system:
-        yield Press(system, effects, plates, settings)
+    boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
+    paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
+    with system_of(Potential((*effects, paddle, support)), held) as system:
+        yield Press(system, effects, (paddle, support), plates, settings)
 
 
 def _first_stage(press: Press, mesh: TetMesh) -> Stage:
     """The body under its weight, if it has any, and the plates where they touch it."""
     weights = tuple(effect for effect in press.effects if isinstance(effect, Weight))
-    apart = press.system.potential
     x = mesh.points
     if weights:
-        rest = tuple(effect for effect in apart.effects if effect not in weights)
-        x = solve(replace(press.system, potential=Potential(rest, weights)), x).points
-    contacts = apart.effects[len(press.effects) :]
-    paddle, support = contacts
-    thickness = press.plates.first_contact(x[np.unique(paddle.faces)])
+        rest = tuple(effect for effect in press.effects if not isinstance(effect, Weight))
+        x = solve(replace(press.system, potential=Potential((*rest, *press.apart), weights)), x).points
+    thickness = press.plates.first_contact(x[np.unique(press.apart[0].faces)])
     boxes = press.plates.at(thickness)
-    paddle, support = (replace(contact, obstacle=box) for contact, box in zip(contacts, boxes))
+    paddle, support = (replace(contact, obstacle=box) for contact, box in zip(press.apart, boxes))
     law = press.plates.friction
     grips = () if law is None else tuple(Grip.none(law, contact) for contact in (paddle, support))
     return Stage(thickness, press.plates.at_rest, x, (paddle, support), grips)

@@ -7,7 +7,7 @@ from mammosim.core.errors import MechanicsError
 
 @dataclass(frozen=True)
 class Thickness:
-    """Press until the plates, as the machine reads them, are `mm` apart. Raises MechanicsError for mm <= 0."""
+    """Press until the plates are `mm` apart as the machine reads it. Raises MechanicsError for mm <= 0."""
 
     mm: float
 

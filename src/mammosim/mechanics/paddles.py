@@ -179,7 +179,7 @@ class Plates:
         return cls(axes @ (low + high) / 2, axes, half, edge_radius_mm)
 
     def at(self, thickness_mm: float, q: np.ndarray | None = None) -> tuple[Face, RoundedBox]:
-        """Paddle, with unknowns q (m,), and support, with this distance between their faces before it yields."""
+        """Paddle with unknowns q (m,), and support, this far apart before the paddle yields."""
         reach = (thickness_mm / 2 + self.half_sizes[2]) * self.axes[:, 2]
         paddle, support = (
             RoundedBox(self.centre + side * reach, self.axes, self.half_sizes, self.edge_radius_mm)

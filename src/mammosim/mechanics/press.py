@@ -80,24 +80,29 @@ class Stage:
 
 @dataclass(frozen=True)
 class Press:
-    """What stays the same while a body is pressed: body, plates, and how it is solved."""
+    """What stays the same while a body is pressed: body, plates, and how it is solved.
+
+    apart: the contacts of plates that touch nothing, which the pattern of the system knows.
+    """
 
     system: System
     effects: tuple[Effect, ...]
+    apart: tuple[RigidPlate, RigidPlate]
     plates: Plates
     settings: PressSettings
 
     def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
         """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""
-        began, history = time.perf_counter(), []
+        began = time.perf_counter()
+        history: list[Iteration] = []
         last = before[-1]
         stage = replace(self._guess(before, thickness), dissipated=last.dissipated)
         while True:
             stage = self._with_friction(stage, history)
             if stage.penetration <= self.settings.penetration_mm:
                 break
-            contacts = tuple(replace(c, penalty=4 * c.penalty) for c in stage.contacts)
-            stage = replace(stage, contacts=contacts)
+            paddle, support = (replace(c, penalty=4 * c.penalty) for c in stage.contacts)
+            stage = replace(stage, contacts=(paddle, support))
         if not is_stable(self._system(stage), stage.x):
             raise StepFailed("the shape found is unstable", stage.x, indefinite=True)
         stage = replace(stage, history=tuple(history), seconds=time.perf_counter() - began)
@@ -110,7 +115,7 @@ class Press:
         return replace(stage, grips=tuple(grip for grip, _ in after), dissipated=dissipated)
 
     def _guess(self, before: Sequence[Stage], thickness: float) -> Stage:
-        """Shape and paddle along the line of the last two stages, as far as J stays above half of what it was."""
+        """Shape and paddle along the line of the last two stages, as far as J stays above half."""
         last = before[-1]
         stage = self._moved(replace(last, thickness=thickness), last.q)
         if len(before) < 2:
@@ -128,8 +133,8 @@ class Press:
     def _moved(self, stage: Stage, q: np.ndarray) -> Stage:
         """The stage with its paddle moved to q."""
         boxes = self.plates.at(stage.thickness, q)
-        contacts = tuple(replace(contact, obstacle=box) for contact, box in zip(stage.contacts, boxes))
-        return replace(stage, q=q, contacts=contacts)
+        paddle, support = (replace(contact, obstacle=box) for contact, box in zip(stage.contacts, boxes))
+        return replace(stage, q=q, contacts=(paddle, support))
 
     def _system(self, stage: Stage) -> System:
         return replace(self.system, potential=Potential((*self.effects, *stage.surroundings())))
@@ -178,7 +183,8 @@ class Press:
         """dP/dq (m,) at fixed x."""
         return np.array(
             [
-                (self._energy(stage, stage.q + dq) - self._energy(stage, stage.q - dq)) / (2 * np.abs(dq).sum())
+                (self._energy(stage, stage.q + dq) - self._energy(stage, stage.q - dq))
+                / (2 * np.abs(dq).sum())
                 for dq in self._probes()
             ]
         )
@@ -213,7 +219,7 @@ class Press:
         """How the body follows small changes of q: (m, n_node, 3) of K dx = - d2P/dxdq dq."""
         system, solver = self._system(stage), self.system.solver
         K = system.potential.tangent(stage.x, system.pattern)
-        found = []
+        found: list[np.ndarray] = []
         for dq in probes:
             ahead, behind = (self._pull(stage, stage.q + s * dq) for s in (1, -1))
             g = (ahead - behind).ravel()[system.rows.free] / 2

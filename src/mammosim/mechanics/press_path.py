@@ -35,7 +35,7 @@ def _row(press: Press, stage: Stage) -> dict[str, float]:
         "chest_force_n": _chest_force_n(press, stage),
         "contact_area_mm2": paddle.area,
         "mean_pressure_kpa": force * MN_PER_N / paddle.area if paddle.area > 0 else 0.0,
-        "peak_pressure_kpa": float(paddle.pressure.mean(axis=1).max()),
+        "peak_pressure_kpa": float(paddle.face_pressure.max()),
         "penetration_mm": max(paddle.penetration, support.penetration),
         "tilt_deg": plates.paddle.tilt_deg(stage.q),
         "deflection_mm": plates.deflection_mm(stage.q),
@@ -49,10 +49,10 @@ def _row(press: Press, stage: Stage) -> dict[str, float]:
 
 def _on_plates(stage: Stage, axis: np.ndarray) -> tuple[float, float]:
     """Forces of the skin on paddle and support, outward along the axis, N."""
-    grips = [(grip.effect(contact),) for grip, contact in zip(stage.grips, stage.contacts)] or [(), ()]
+    contact, friction = stage.contacts, stage.surroundings()[2:]
     paddle, support = (
-        float(Potential((contact, *grip)).gradient(stage.x).sum(axis=0) @ axis) / MN_PER_N
-        for contact, grip in zip(stage.contacts, grips)
+        float(Potential((contact[i], *friction[i : i + 1])).gradient(stage.x).sum(axis=0) @ axis) / MN_PER_N
+        for i in range(2)
     )
     return paddle, -support
 

@@ -34,14 +34,25 @@ class Obstacle(Protocol):
 class ContactState:
     """What an obstacle does to a surface.
 
-    force (3,) mN on the obstacle; area mm2 of surface in contact, deformed; pressure (n_face, n_q) kPa per
-    deformed area at the quadrature points; penetration: the deepest, mm.
+    force (3,) mN on the obstacle; areas (n_face, n_q) mm2 of surface in contact, deformed; pressure
+    (n_face, n_q) kPa per deformed area at the quadrature points; penetration: the deepest, mm.
     """
 
     force: np.ndarray
-    area: float
+    areas: np.ndarray
     pressure: np.ndarray
     penetration: float
+
+    @property
+    def area(self) -> float:
+        """Of the surface in contact, mm2."""
+        return float(self.areas.sum())
+
+    @property
+    def face_pressure(self) -> np.ndarray:
+        """The mean pressure (n_face,) kPa of each face over its part in contact."""
+        load = np.sum(self.pressure * self.areas, axis=1)
+        return load / np.maximum(self.areas.sum(axis=1), 1e-300)
 
 
 @dataclass(frozen=True)
@@ -105,4 +116,4 @@ class RigidContact(WithoutVolume):
         depth = np.maximum(-d, 0.0)
         load = self.penalty * depth * self.areas
         force = -np.einsum("eq,eqi->i", load, n)
-        return ContactState(force, float(deformed[d < 0].sum()), load / deformed, float(depth.max()))
+        return ContactState(force, np.where(d < 0, deformed, 0.0), load / deformed, float(depth.max()))
