@@ -9,6 +9,7 @@ from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_json, write_table
 from mammosim.mechanics.body import Skin, body_effects
 from mammosim.mechanics.compression import compress
+from mammosim.mechanics.control import Thickness
 from mammosim.mechanics.strain import cell_strain
 from mammosim.study.points import MaterialPoints
 from mammosim.study.press import craniocaudal_plates, plate_facts
@@ -23,7 +24,7 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
         mesh, nipple, plate_mm=settings["plate_mm"], chest_gap_mm=settings["chest_gap_mm"]
     )
     effects = body_effects(mesh, tissues, skin=Skin(**settings["tissues"]["skin"]))
-    found = compress(mesh, effects, plates=plates, thickness_mm=settings["thickness_mm"])
+    found = compress(mesh, effects, plates=plates, control=Thickness(settings["thickness_mm"]))
     strain = cell_strain(mesh, found.points)
     write_mesh(
         mesh.moved_to(found.points),
@@ -33,8 +34,7 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
     )
     write_table(found.path.assign(**job)[[*job, *found.path.columns]], files["path"])
     pressures = {
-        name: contact.pressure.mean(axis=1)
-        for name, contact in zip(("paddle_kpa", "support_kpa"), found.contacts)
+        name: contact.face_pressure for name, contact in zip(("paddle_kpa", "support_kpa"), found.contacts)
     }
     write_table(pd.DataFrame(pressures), files["faces"])
     columns = {f"principal_{i + 1}": strain.principal[:, i] for i in range(3)}

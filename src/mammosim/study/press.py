@@ -6,7 +6,7 @@ import numpy as np
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import TetMesh
-from mammosim.mechanics.compression import Plates
+from mammosim.mechanics.paddles import Plates
 
 # Held points this far above and below the nipple are the ribs behind the breast, not a cut of the body.
 LEVEL_MM = 40.0
