@@ -1,9 +1,10 @@
 """Compression of a body between two plates that approach each other, and the way back."""
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 import pandas as pd
@@ -27,11 +28,21 @@ from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.press import Press, PressSettings, Stage
+from mammosim.mechanics.press import Begun, Press, PressSettings, Stage
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
 
-__all__ = ["Compression", "Force", "Plates", "PressSettings", "Thickness", "compress", "released"]
+__all__ = [
+    "Begun",
+    "Compression",
+    "Force",
+    "Plates",
+    "PressSettings",
+    "Thickness",
+    "compress",
+    "continued",
+    "released",
+]
 
 log = logging.getLogger(__name__)
 
@@ -89,9 +100,38 @@ def compress(
     with _press(mesh, effects, plates, held, settings) as press:
         first = _first_stage(press, mesh)
         if isinstance(control, Force):
-            stages = _to_force(press, first, control)
+            stages = _to_force(press, [first], control)
         else:
             stages = _to_thickness(press, [first], _within(control.mm, first.thickness))
+        return _compression(press, mesh, stages)
+
+
+def continued(
+    mesh: TetMesh,
+    effects: tuple[Effect, ...],
+    *,
+    plates: Plates,
+    control: Control,
+    begun: Sequence[Begun],
+    settings: PressSettings | None = None,
+) -> Compression:
+    """As compress, on the way of another compression of the same body, without friction, by a rigid paddle.
+
+    begun: its stages from first contact on; those beyond the control are left out. plates: the same.
+    Raises MechanicsError for plates that yield or hold the skin, or no stage; else as compress does.
+    """
+    if plates.paddle != Plates.paddle or plates.friction is not None or not begun:
+        raise MechanicsError(
+            "only a way between rigid plates without friction goes on, from one stage at least; use compress"
+        )
+    settings = settings or PressSettings()
+    with _press(mesh, effects, plates, None, settings) as press:
+        stages = [press.resumed(each) for each in begun]
+        if isinstance(control, Force):
+            stages = _to_force(press, stages, control)
+        else:
+            goal = _within(control.mm, stages[0].thickness)
+            stages = _to_thickness(press, [s for s in stages if s.thickness > goal], goal)
         return _compression(press, mesh, stages)
 
 
@@ -171,7 +211,7 @@ def _to_thickness(
     """The stages, and those that follow up to a thickness, or until one is enough."""
     stages = list(stages)
     way = target - stages[-1].thickness
-    largest = abs(way) / press.settings.steps
+    largest = float(np.ptp([target, *(stage.thickness for stage in stages)])) / press.settings.steps
     step = _FIRST * largest
     while stages[-1].thickness != target and not enough(stages[-1]):
         left = abs(target - stages[-1].thickness)
@@ -196,11 +236,13 @@ def _stopped(target: float, stages: list[Stage], error: Exception) -> Equilibriu
     )
 
 
-def _to_force(press: Press, first: Stage, control: Force) -> list[Stage]:
+def _to_force(press: Press, stages: list[Stage], control: Force) -> list[Stage]:
     """The stages up to a force: steps until it is exceeded, then a secant that stays between its bounds."""
     axis, target = press.plates.axes[:, 2], control.newton
-    smallest = _within(control.smallest_mm, first.thickness)
-    stages = _to_thickness(press, [first], smallest, lambda stage: force_n(stage, axis) >= target)
+    smallest = _within(control.smallest_mm, stages[0].thickness)
+    below = list(takewhile(lambda stage: force_n(stage, axis) < target, stages))
+    begun = stages[: len(below) + 1]
+    stages = _to_thickness(press, begun, smallest, lambda stage: force_n(stage, axis) >= target)
     above, forces = stages[-1], [force_n(stage, axis) for stage in stages]
     if forces[-1] < target * (1 - control.tolerance):
         raise EquilibriumError(

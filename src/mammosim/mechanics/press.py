@@ -79,6 +79,18 @@ class Stage:
 
 
 @dataclass(frozen=True)
+class Begun:
+    """A stage between rigid plates, as it may be kept in a file.
+
+    thickness: of the plates, mm; penalty: of their contacts, kPa/mm; x (n_node, 3) mm.
+    """
+
+    thickness: float
+    penalty: float
+    x: np.ndarray
+
+
+@dataclass(frozen=True)
 class Press:
     """What stays the same while a body is pressed: body, plates, and how it is solved.
 
@@ -90,6 +102,14 @@ class Press:
     apart: tuple[RigidPlate, RigidPlate]
     plates: Plates
     settings: PressSettings
+
+    def resumed(self, begun: Begun) -> Stage:
+        """The stage that was kept."""
+        boxes = self.plates.at(begun.thickness)
+        paddle, support = (
+            replace(contact, obstacle=box, penalty=begun.penalty) for contact, box in zip(self.apart, boxes)
+        )
+        return Stage(begun.thickness, self.plates.at_rest, begun.x, (paddle, support))
 
     def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
         """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""

@@ -36,6 +36,7 @@ def _row(press: Press, stage: Stage) -> dict[str, float]:
         "contact_area_mm2": paddle.area,
         "mean_pressure_kpa": force * MN_PER_N / paddle.area if paddle.area > 0 else 0.0,
         "peak_pressure_kpa": float(paddle.face_pressure.max()),
+        "penalty_kpa_per_mm": stage.contacts[0].penalty,
         "penetration_mm": max(paddle.penetration, support.penetration),
         "tilt_deg": plates.paddle.tilt_deg(stage.q),
         "deflection_mm": plates.deflection_mm(stage.q),

@@ -57,7 +57,7 @@ def skin_measures(mesh: TetMesh, contacts: Mapping[str, ContactState], x: np.nda
     area_mm2: loaded; {name}_kpa: the mean pressure of each contact; pressure_kpa: the larger one.
     """
     areas = face_quadrature(x, mesh.boundaries["skin"]).areas.sum(axis=1)
-    each = {f"{name}_kpa": contact.pressure.mean(axis=1) for name, contact in contacts.items()}
+    each = {f"{name}_kpa": contact.face_pressure for name, contact in contacts.items()}
     return pd.DataFrame({"area_mm2": areas} | each | {"pressure_kpa": np.max(list(each.values()), axis=0)})
 
 
