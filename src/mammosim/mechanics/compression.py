@@ -51,6 +51,9 @@ PENALTY_RATIO = 100.0
 # The first step, relative to the largest one.
 _FIRST = 0.25
 _MOST_TRIALS = 20
+# How far beyond first contact the plates part, relative to the way: where flat skin just touches, which
+# points do is left to rounding.
+_CLEARANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -143,14 +146,15 @@ def released(
     held: np.ndarray | None = None,
     settings: PressSettings | None = None,
 ) -> Compression:
-    """The way back of a compression of the same body: the plates part to where they touched first.
+    """The way back of a compression of the same body: the plates part until they do not touch it any more.
 
     Raises EquilibriumError as compress does.
     """
     settings = settings or PressSettings()
     with _press(mesh, effects, compression.between, held, settings) as press:
-        began, there = compression.stages[0], list(compression.stages)
-        stages = _to_thickness(press, there, began.thickness)
+        there = list(compression.stages)
+        began, ended = there[0].thickness, there[-1].thickness
+        stages = _to_thickness(press, there, began + _CLEARANCE * (began - ended))
         return _compression(press, mesh, stages[len(compression.stages) - 1 :])
 
 
@@ -211,7 +215,9 @@ def _to_thickness(
     """The stages, and those that follow up to a thickness, or until one is enough."""
     stages = list(stages)
     way = target - stages[-1].thickness
-    largest = float(np.ptp([target, *(stage.thickness for stage in stages)])) / press.settings.steps
+    # In a step longer than the edge radius skin may come nearer to the side of a plate than to its face.
+    whole = float(np.ptp([target, *(stage.thickness for stage in stages)]))
+    largest = min(whole / press.settings.steps, press.plates.edge_radius_mm)
     step = _FIRST * largest
     while stages[-1].thickness != target and not enough(stages[-1]):
         left = abs(target - stages[-1].thickness)

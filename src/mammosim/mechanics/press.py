@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mammosim.mechanics.descent import descend
 from mammosim.mechanics.effects import Effect, RigidPlate
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.grip import Grip
@@ -43,12 +44,12 @@ class PressSettings:
     """
 
     steps: int = 8
-    smallest_step_mm: float = 0.05
+    smallest_step_mm: float = 0.2
     penetration_mm: float = 0.1
     penalty_kpa_per_mm: float | None = None
     parts: int = 2
     friction_tolerance: float = 1e-3
-    solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0)))
+    solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0, stagnation=8)))
 
 
 @dataclass(frozen=True)
@@ -183,14 +184,22 @@ class Press:
 
     def _balanced(self, stage: Stage, history: list[Iteration]) -> Stage:
         """Body and paddle in equilibrium."""
-        newton = self.settings.solver.newton
         for _ in range(_MOST_BALANCES):
-            stage = replace(stage, x=converge(self._system(stage), stage.x, newton, history))
+            stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
             R, scale = self._paddle_forces(stage)
             if np.all(np.abs(R) <= PADDLE_TOLERANCE * scale):
                 return stage
             stage = self._paddle_step(stage, R)
         raise StepFailed(f"the paddle did not come to rest: {np.abs(R).max():.3g} mN are left", stage.x)
+
+    def _settled(self, system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
+        """The body in equilibrium, by way of a descent where Newton alone does not succeed."""
+        newton = self.settings.solver.newton
+        try:
+            return converge(system, x, newton, history)
+        except StepFailed as failure:
+            log.info("downhill, since Newton failed: %s", failure)
+            return converge(system, descend(system, failure.x, history), newton, history)
 
     def _paddle_forces(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
         """R (m,) = K q + dP/dq, and what it is measured against."""
