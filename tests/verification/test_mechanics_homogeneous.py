@@ -10,7 +10,7 @@ from mechanics_references import TIGHT, forces, rollers, rows, unit_tissue
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
 from mammosim.mechanics.body import body_effects
-from mammosim.mechanics.compression import Plates, PressSettings, compress
+from mammosim.mechanics.compression import Plates, PressSettings, Thickness, compress
 from mammosim.mechanics.equilibrium import equilibrium
 
 SIDE = 10.0
@@ -122,7 +122,7 @@ def test_a_cube_pressed_between_plates_is_uniaxial_stress(nu, stretch):
         cube,
         body_effects(cube, unit_tissue(nu)),
         plates=Plates(np.array([0.0, 0.0, SIDE / 2]), np.eye(3), half, 1.0),
-        thickness_mm=thickness,
+        control=Thickness(thickness),
         held=held,
         settings=PressSettings(steps=4, penalty_kpa_per_mm=penalty, solver=TIGHT),
     )

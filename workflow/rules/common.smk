@@ -219,6 +219,37 @@ def validated(volunteer):
     return [*SEGMENTED, *held_out(volunteer)]
 
 
+def standard_of(wildcards):
+    """The way of the standard strategy, by which every other one of the same breast and moduli is measured."""
+    if wildcards.strategy == "standard":
+        return []
+    return [f"results/compression/{wildcards.v}/{wildcards.side}/standard_{wildcards.moduli}{end}" for end in (".vtu", "_path.csv")]
+
+
+def pressed_by_all(wildcards, end):
+    """A file of every strategy of one breast and set of moduli."""
+    folder = f"results/compression/{wildcards.v}/{wildcards.side}"
+    return [f"{folder}/{strategy}_{wildcards.moduli}{end}" for strategy in STRATEGIES]
+
+
+def pressed_all_ways(end):
+    """A file of every strategy, with every set of moduli, of every breast of the study."""
+    ways = [(strategy, moduli) for moduli in MODULI for strategy in STRATEGIES]
+    return [
+        path
+        for strategy, moduli in ways
+        for path in over(f"results/compression/{{v}}/{{side}}/{strategy}_{moduli}{end}", side=COMPRESSION["sides"])
+    ]
+
+
+def known_strategies(names, scenes):
+    """The strategies of that file by name, in the order asked for; refused when one is not there."""
+    absent = [name for name in names if name not in scenes]
+    if absent:
+        raise WorkflowError(f"ConfigurationError: no strategy {absent[0]!r}; choose one of: {', '.join(scenes)}")
+    return {name: scenes[name] for name in names}
+
+
 def order_of(wildcards):
     """The draws of a volunteer in their order of stiffness."""
     return [f"results/propagation/{wildcards.v}/{wildcards.side}_order.csv"]

@@ -200,9 +200,9 @@ rule figure_convergence:
 rule figure_compression:
     """One breast between the plates: shape, strain, pressure."""
     input:
-        shape="results/compression/{v}/{side}.vtu",
-        plates="results/compression/{v}/{side}_plates.json",
-        faces="results/compression/{v}/{side}_faces.csv",
+        shape=f"results/compression/{{v}}/{{side}}/{XRAYED}.vtu",
+        plates=f"results/compression/{{v}}/{{side}}/{XRAYED}_plates.json",
+        faces=f"results/compression/{{v}}/{{side}}/{XRAYED}_faces.csv",
         library=library("figure_compression.py"),
     output:
         "results/study/figures/compression_{v}_{side}.png",
@@ -216,27 +216,84 @@ rule figure_compression:
         "../scripts/figure_compression.py"
 
 
-rule figure_force:
-    """Force, contact area and pressure while the plates close."""
+rule figure_curves:
+    """Force, contact area and pressure on the way of every strategy, beside what is usual in practice."""
     input:
-        table="results/study/compression.csv",
-        library=library("figure_force.py"),
+        table="results/study/compression_path.csv",
+        library=library("figure_curves.py"),
     output:
-        "results/study/figures/force.png",
+        "results/study/figures/curves.png",
     log:
-        "results/logs/figure_force/all.log",
+        "results/logs/figure_curves/all.log",
     benchmark:
-        "results/benchmarks/figure_force/all.tsv"
+        "results/benchmarks/figure_curves/all.tsv"
     resources:
         mem_mb=1000,
     script:
-        "../scripts/figure_force.py"
+        "../scripts/figure_curves.py"
+
+
+rule figure_thickness:
+    """How thick one breast is everywhere under the paddle, by every strategy."""
+    input:
+        maps=lambda wildcards: pressed_by_all(wildcards, "_thickness.csv"),
+        library=library("figure_thickness.py"),
+    output:
+        "results/study/figures/thickness_{v}_{side}_{moduli}.png",
+    params:
+        strategies=list(STRATEGIES),
+    log:
+        "results/logs/figure_thickness/{v}_{side}_{moduli}.log",
+    benchmark:
+        "results/benchmarks/figure_thickness/{v}_{side}_{moduli}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_thickness.py"
+
+
+rule figure_discomfort:
+    """Strain, elastic energy and pressure in one breast, by every strategy."""
+    input:
+        shapes=lambda wildcards: pressed_by_all(wildcards, ".vtu"),
+        faces=lambda wildcards: pressed_by_all(wildcards, "_faces.csv"),
+        plates="results/compression/{v}/{side}/standard_{moduli}_plates.json",
+        library=library("figure_discomfort.py"),
+    output:
+        "results/study/figures/discomfort_{v}_{side}_{moduli}.png",
+    params:
+        strategies=list(STRATEGIES),
+    log:
+        "results/logs/figure_discomfort/{v}_{side}_{moduli}.log",
+    benchmark:
+        "results/benchmarks/figure_discomfort/{v}_{side}_{moduli}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_discomfort.py"
+
+
+rule figure_amounts:
+    """How much tissue and skin lies above the marks of every measure of discomfort."""
+    input:
+        table="results/study/compression_amounts.csv",
+        library=library("figure_amounts.py"),
+    output:
+        "results/study/figures/amounts.png",
+    log:
+        "results/logs/figure_amounts/all.log",
+    benchmark:
+        "results/benchmarks/figure_amounts/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_amounts.py"
 
 
 rule figure_phantom:
     """Slices through the voxels of one compressed breast."""
     input:
-        labels="results/phantom/{v}/{side}.nii.gz",
+        labels=f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz",
         library=library("figure_phantom.py"),
     output:
         "results/study/figures/phantom_{v}_{side}.png",
@@ -253,8 +310,8 @@ rule figure_phantom:
 rule figure_mammogram:
     """The mammogram of one breast as it is read."""
     input:
-        image="results/xray/{v}/{side}_mammogram.nii.gz",
-        row="results/xray/{v}/{side}_image.csv",
+        image=f"results/xray/{{v}}/{{side}}/{XRAYED}_mammogram.nii.gz",
+        row=f"results/xray/{{v}}/{{side}}/{XRAYED}_image.csv",
         library=library("figure_mammogram.py"),
     output:
         "results/study/figures/mammogram_{v}_{side}.png",

@@ -27,10 +27,12 @@ TABLES = {
     "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),
-    "compression": over("results/compression/{v}/{side}_path.csv", side=COMPRESSION["sides"]),
-    "conservation": over("results/phantom/{v}/{side}_conservation.csv", side=COMPRESSION["sides"]),
-    "dose": over("results/xray/{v}/{side}_dose.csv", side=COMPRESSION["sides"]),
-    "image": over("results/xray/{v}/{side}_image.csv", side=COMPRESSION["sides"]),
+    "compression": pressed_all_ways(".csv"),
+    "compression_path": pressed_all_ways("_path.csv"),
+    "compression_amounts": pressed_all_ways("_amounts.csv"),
+    "conservation": over(f"results/phantom/{{v}}/{{side}}/{XRAYED}_conservation.csv", side=COMPRESSION["sides"]),
+    "dose": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_dose.csv", side=COMPRESSION["sides"]),
+    "image": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_image.csv", side=COMPRESSION["sides"]),
 }
 
 

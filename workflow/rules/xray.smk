@@ -9,25 +9,25 @@ GEOMETRY = {
 rule phantom:
     """The compressed breast as voxels, with what was conserved on the way."""
     input:
-        shape="results/compression/{v}/{side}.vtu",
+        shape="results/compression/{v}/{side}/{strategy}_{moduli}.vtu",
         measured=f"results/meshes/{{v}}/{MEASURED}.vtu",
         labels=f"results/segmentation/{{v}}/{MEASURED}.nii.gz",
         transform=f"results/registration/{{v}}/{MEASURED}.tfm",
         fiducials=f"results/registration/{{v}}/{MEASURED}_fiducials.csv",
-        plates="results/compression/{v}/{side}_plates.json",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         library=library("phantom.py"),
     output:
-        labels="results/phantom/{v}/{side}.nii.gz",
-        conservation="results/phantom/{v}/{side}_conservation.csv",
+        labels="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        conservation="results/phantom/{v}/{side}/{strategy}_{moduli}_conservation.csv",
     params:
         voxel_mm=XRAY["voxel_mm"],
         lesion=XRAY["lesion"],
         skin_mm=TISSUES["skin"]["thickness_mm"],
         density_g_cm3={name: tissue["density_g_cm3"] for name, tissue in TISSUES["tissues"].items()},
     log:
-        "results/logs/phantom/{v}_{side}.log",
+        "results/logs/phantom/{v}_{side}_{strategy}_{moduli}.log",
     benchmark:
-        "results/benchmarks/phantom/{v}_{side}.tsv"
+        "results/benchmarks/phantom/{v}_{side}_{strategy}_{moduli}.tsv"
     resources:
         mem_mb=4000,
     script:
@@ -56,23 +56,23 @@ rule spectrum:
 rule dose_and_scatter:
     """Glandular dose and scattered radiation by photon Monte Carlo, each with its standard error."""
     input:
-        phantom="results/phantom/{v}/{side}.nii.gz",
-        plates="results/compression/{v}/{side}_plates.json",
+        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
         library=library("dose_and_scatter.py"),
     output:
-        dose="results/xray/{v}/{side}_dose.csv",
-        scatter="results/xray/{v}/{side}_scatter.csv",
+        dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
+        scatter="results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv",
     params:
         geometry=GEOMETRY,
         scatter_pixel_mm=XRAY["scatter_pixel_mm"],
         dose_error_percent=XRAY["dose_error_percent"],
         seed=config["seed"],
     log:
-        "results/logs/dose_and_scatter/{v}_{side}.log",
+        "results/logs/dose_and_scatter/{v}_{side}_{strategy}_{moduli}.log",
     benchmark:
-        "results/benchmarks/dose_and_scatter/{v}_{side}.tsv"
+        "results/benchmarks/dose_and_scatter/{v}_{side}_{strategy}_{moduli}.tsv"
     resources:
         mem_mb=2000,
     script:
@@ -82,24 +82,24 @@ rule dose_and_scatter:
 rule mammogram:
     """The X-ray image with quantum noise, with and without the lesion, and the lesion's contrast-to-noise ratio."""
     input:
-        phantom="results/phantom/{v}/{side}.nii.gz",
-        plates="results/compression/{v}/{side}_plates.json",
+        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
-        scatter="results/xray/{v}/{side}_scatter.csv",
-        dose="results/xray/{v}/{side}_dose.csv",
+        scatter="results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv",
+        dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
         library=library("mammogram.py"),
     output:
-        image="results/xray/{v}/{side}_mammogram.nii.gz",
-        row="results/xray/{v}/{side}_image.csv",
+        image="results/xray/{v}/{side}/{strategy}_{moduli}_mammogram.nii.gz",
+        row="results/xray/{v}/{side}/{strategy}_{moduli}_image.csv",
     params:
         geometry=GEOMETRY,
         detector_kerma_ugy=XRAY["detector_kerma_ugy"],
         seed=config["seed"],
     log:
-        "results/logs/mammogram/{v}_{side}.log",
+        "results/logs/mammogram/{v}_{side}_{strategy}_{moduli}.log",
     benchmark:
-        "results/benchmarks/mammogram/{v}_{side}.tsv"
+        "results/benchmarks/mammogram/{v}_{side}_{strategy}_{moduli}.tsv"
     resources:
         mem_mb=3000,
     script:

@@ -26,10 +26,14 @@ KEYS = {
     "validation": ("volunteer", "position", "quantity"),
     "propagation": ("volunteer", "side", "quantity"),
     "propagation_pressed": ("volunteer", "side", "rank"),
-    "compression": ("volunteer", "side", "thickness_mm"),
-    "conservation": ("volunteer", "side", "quantity", "tissue", "step"),
-    "dose": ("volunteer", "side"),
-    "image": ("volunteer", "side"),
+    "compression": ("volunteer", "side", "strategy", "moduli"),
+    "compression_amounts": (
+        *("volunteer", "side", "strategy", "moduli"),
+        *("measure", "threshold", "tissue"),
+    ),
+    "conservation": ("volunteer", "side", "strategy", "moduli", "quantity", "tissue", "step"),
+    "dose": ("volunteer", "side", "strategy", "moduli"),
+    "image": ("volunteer", "side", "strategy", "moduli"),
 }
 # Two runs give the same numbers; how long they took is in the report's last section.
 TIMES = ["seconds", "forward_solves"]

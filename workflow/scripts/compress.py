@@ -1,51 +1,51 @@
-"""One breast between two plates from its stress-free shape: shape, force along the way, pressure, strain."""
+"""One breast pressed by one strategy from its stress-free shape: shape, way, thickness, strain, pressure."""
 
 import _log
+import numpy as np
 import pandas as pd
 
-from mammosim.core.tissues import tissues_by_label
+from mammosim.core.errors import MechanicsError
 from mammosim.io.fiducials import read_fiducials
-from mammosim.io.meshes import read_mesh, write_mesh
-from mammosim.io.tables import write_json, write_table
-from mammosim.mechanics.body import Skin, body_effects
-from mammosim.mechanics.compression import compress
-from mammosim.mechanics.strain import cell_strain
+from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
+from mammosim.io.tables import read_table, write_json, write_table
 from mammosim.study.points import MaterialPoints
-from mammosim.study.press import craniocaudal_plates, plate_facts
+from mammosim.study.pressed import pressed, refused
+from mammosim.study.strategies import STANDARD, Scene, Strategy, Way
 
 
-def main(files: dict[str, str], job: dict, settings: dict) -> None:
+def main(files: dict, job: dict, settings: dict) -> None:
     mesh, measured = read_mesh(files["mesh"]), read_mesh(files["measured"])
     nipple = read_fiducials(files["fiducials"]).point(f"nipple_{job['side']}")
     nipple = MaterialPoints.on(measured, nipple[None]).carry(mesh.points)[0]
-    tissues = tissues_by_label(settings["tissues"]["tissues"])
-    plates = craniocaudal_plates(
-        mesh, nipple, plate_mm=settings["plate_mm"], chest_gap_mm=settings["chest_gap_mm"]
+    scene = Scene.craniocaudal(
+        mesh, nipple, settings, moduli=job["moduli"], standard=way_of(files["standard"])
     )
-    effects = body_effects(mesh, tissues, skin=Skin(**settings["tissues"]["skin"]))
-    found = compress(mesh, effects, plates=plates, thickness_mm=settings["thickness_mm"])
-    strain = cell_strain(mesh, found.points)
-    write_mesh(
-        mesh.moved_to(found.points),
-        files["shape"],
-        point_data={"stress_free": mesh.points},
-        cell_data={"J": strain.J, "largest_principal_strain": strain.principal[:, 2]},
-    )
-    write_table(found.path.assign(**job)[[*job, *found.path.columns]], files["path"])
-    pressures = {
-        name: contact.pressure.mean(axis=1)
-        for name, contact in zip(("paddle_kpa", "support_kpa"), found.contacts)
-    }
-    write_table(pd.DataFrame(pressures), files["faces"])
-    columns = {f"principal_{i + 1}": strain.principal[:, i] for i in range(3)}
-    write_table(pd.DataFrame(columns | {"J": strain.J, "tissue": mesh.tissue}), files["strain"])
-    write_json(plate_facts(plates, settings["thickness_mm"]), files["plates"])
+    shapes = {"stress_free": mesh.points}
+    try:
+        found = Strategy.of(settings["strategy"]).press(scene)
+        made = pressed(scene, found, settings["thresholds"])
+        shapes |= Way.of(found).point_data() if job["strategy"] == STANDARD else {}
+    except MechanicsError as error:
+        made = refused(mesh, str(error))
+    cells = {name: made.cells[name].to_numpy() for name in made.cells.columns.drop("tissue")}
+    write_mesh(mesh.moved_to(made.points), files["shape"], point_data=shapes, cell_data=cells)
+    write_json(made.plates, files["plates"])
+    write_table(made.faces, files["faces"])
+    tables = {"path": made.path, "amounts": made.amounts, "thickness": made.thickness}
+    for name, table in (tables | {"row": pd.DataFrame([made.row])}).items():
+        write_table(table.assign(**job)[[*job, *table.columns]], files[name])
+
+
+def way_of(files: list[str]) -> Way:
+    """The way of the standard strategy; without steps where this is that one, or that one was refused."""
+    path = read_table(files[1]) if files else pd.DataFrame()
+    return Way(path, np.array([read_point_data(files[0], name) for name in Way.names(len(path))]))
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
-        dict(snakemake.params.items()),
-    )
+    job = {"volunteer": snakemake.wildcards.v} | {
+        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+    }
+    files = dict(snakemake.input.items()) | dict(snakemake.output.items())
+    main(files, job, dict(snakemake.params.items()))

@@ -20,7 +20,7 @@ def main(files: dict[str, str], out: str) -> None:
         mesh,
         compressed,
         tuple(Plate(np.array([x, y, z]), np.eye(3), half) for z in heights),
-        strain=read_cell_data(files["shape"], "largest_principal_strain"),
+        strain=read_cell_data(files["shape"], "green_lagrange"),
         pressure=read_table(files["faces"]).paddle_kpa.to_numpy(),
         cut_x_mm=x,
     )

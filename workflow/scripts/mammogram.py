@@ -34,9 +34,12 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
+    job = {"volunteer": snakemake.wildcards.v} | {
+        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+    }
     main(
         dict(snakemake.input.items()) | dict(snakemake.output.items()),
         dict(snakemake.params.items()),
-        {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
+        job,
         snakemake.params.seed,
     )

@@ -39,9 +39,12 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
+    job = {"volunteer": snakemake.wildcards.v} | {
+        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+    }
     main(
         dict(snakemake.input.items())
         | {"phantom": snakemake.output.labels, "conservation": snakemake.output.conservation},
-        {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
+        job,
         dict(snakemake.params.items()),
     )

@@ -1,10 +1,9 @@
-"""The breast between the plates: its shape, strain and pressure, and the force it takes."""
+"""A compressed breast between its plates."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -13,7 +12,7 @@ from matplotlib.figure import Figure
 
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.render import Camera, Solid, render
-from mammosim.figures.style import SEQUENTIAL, SERIES, new_figure, scale_bar, styled
+from mammosim.figures.style import SEQUENTIAL, new_figure, scale_bar, styled
 from mammosim.figures.surfaces import box_solid, coloured_skin, cut_solid, skin_solid
 
 SIDEWAYS, OBLIQUE, ABOVE = Camera.at(90, 2), Camera.at(48, 20), Camera.at(0, 89.9)
@@ -103,23 +102,3 @@ def _add_bar(ax: Axes, scale: Normalize, colours: str, label: str) -> None:
     if figure is not None:
         bar = figure.colorbar(ScalarMappable(scale, colours), ax=ax, shrink=0.75, pad=0.05, label=label)
         bar.outline.set_visible(False)
-
-
-@styled
-def force_thickness(paths: Mapping[str, pd.DataFrame]) -> Figure:
-    """Force, contact area and mean pressure while the plates close.
-
-    paths: name -> rows of mechanics.compression.Compression.path.
-    """
-    figure = new_figure(2.7)
-    axes = figure.subplots(1, 3)
-    quantities = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
-                  ("mean_pressure_kpa", 1.0, "mean pressure (kPa)"))  # fmt: skip
-    for ax, (column, factor, label) in zip(axes, quantities):
-        for number, (name, path) in enumerate(paths.items()):
-            ax.plot(path.thickness_mm, factor * path[column], "o-", ms=3.5, color=SERIES[number], label=name)
-        ax.set(xlabel="distance of the plates (mm)", ylabel=label)
-        ax.set_ylim(bottom=0)
-        ax.xaxis.set_inverted(True)
-    axes[0].legend()
-    return figure

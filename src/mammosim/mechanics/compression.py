@@ -1,112 +1,72 @@
-"""Compression of a body between two rigid plates that approach each other."""
+"""Compression of a body between two plates that approach each other, and the way back."""
 
 import logging
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
-from mammosim.core.units import MN_PER_N
 from mammosim.mechanics.analysis import system_of
+from mammosim.mechanics.balance import energy_imbalance
+from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
     Effect,
     MixedNeoHookean,
     NeoHookean,
     RigidPlate,
-    RoundedBox,
+    Weight,
+    six_points_in_each,
 )
-from mammosim.mechanics.equilibrium import Equilibrium, Settings, held_nodes, solve
-from mammosim.mechanics.newton import NewtonSettings, System
+from mammosim.mechanics.equilibrium import LARGEST_IMBALANCE, Equilibrium, held_nodes, solve
+from mammosim.mechanics.grip import Grip
+from mammosim.mechanics.newton import StepFailed
+from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.reference import face_quadrature
-from mammosim.mechanics.soundness import require_well_posed
+from mammosim.mechanics.press import Begun, Press, PressSettings, Stage
+from mammosim.mechanics.press_path import force_n, path_table
+from mammosim.mechanics.soundness import faces_of, require_well_posed
+
+__all__ = [
+    "Begun",
+    "Compression",
+    "Force",
+    "Plates",
+    "PressSettings",
+    "Thickness",
+    "compress",
+    "continued",
+    "released",
+]
 
 log = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True)
-class Plates:
-    """Two equal plates, paddle and support, that face each other symmetrically about a centre.
-
-    centre (3,) mm; axes (3, 3): orthonormal columns, the last one points from the support to the paddle;
-    half_sizes (3,) mm of each plate along them; edge_radius_mm of all its edges.
-    """
-
-    centre: np.ndarray
-    axes: np.ndarray
-    half_sizes: np.ndarray
-    edge_radius_mm: float
-
-    @classmethod
-    def covering(
-        cls,
-        points: np.ndarray,
-        *,
-        direction: np.ndarray,
-        outward: np.ndarray,
-        margin_mm: float = 20.0,
-        plate_thickness_mm: float = 20.0,
-        edge_radius_mm: float = 8.0,
-    ) -> "Plates":
-        """Plates across `direction` (3,) that cover points (n, 3) and a margin around, but none behind them.
-
-        outward (3,): from the chest wall to the nipple; behind the points, the plates end where the points
-        do.
-        """
-        a = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-        b = np.asarray(outward, dtype=float) - np.dot(outward, a) * a
-        b /= np.linalg.norm(b)
-        axes = np.column_stack([b, np.cross(a, b), a])
-        low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
-        low = low - np.array([0.0, margin_mm, 0.0])
-        high = high + np.array([margin_mm, margin_mm, 0.0])
-        half = (high - low) / 2
-        half[2] = plate_thickness_mm / 2
-        return cls(axes @ (low + high) / 2, axes, half, edge_radius_mm)
-
-    def at(self, thickness_mm: float) -> tuple[RoundedBox, RoundedBox]:
-        """Paddle and support with this distance between their faces."""
-        reach = (thickness_mm / 2 + self.half_sizes[2]) * self.axes[:, 2]
-        paddle, support = (
-            RoundedBox(self.centre + side * reach, self.axes, self.half_sizes, self.edge_radius_mm)
-            for side in (1, -1)
-        )
-        return paddle, support
-
-    def first_contact(self, points: np.ndarray) -> float:
-        """The largest distance between the faces at which a plate touches points (n, 3), mm."""
-        y = (points - self.centre) @ self.axes
-        under = np.all(np.abs(y[:, :2]) <= self.half_sizes[:2], axis=1)
-        if not under.any():
-            raise MechanicsError("no skin node lies between the plates; move their centre, or enlarge them")
-        return 2 * float(np.abs(y[under, 2]).max())
-
-
-@dataclass(frozen=True)
-class PressSettings:
-    """steps: the number of equal steps to begin with; penetration_mm: the largest that is accepted.
-
-    penalty_kpa_per_mm: of the contact to begin with; None takes 30 times the bulk's median shear modulus.
-    solver: by default without trusted steps, since contact opens and closes (decisions/mechanics_newton.md).
-    """
-
-    steps: int = 8
-    smallest_step_mm: float = 0.05
-    penetration_mm: float = 0.2
-    penalty_kpa_per_mm: float | None = None
-    solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0)))
+# The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
+PENALTY_RATIO = 100.0
+# The first step, relative to the largest one.
+_FIRST = 0.25
+_MOST_TRIALS = 20
+# How far beyond first contact the plates part, relative to the way: where flat skin just touches, which
+# points do is left to rounding.
+_CLEARANCE = 0.01
 
 
 @dataclass(frozen=True)
 class Compression:
-    """points (n_node, 3) mm; plates: paddle and support at the end, contacts: their state.
+    """points (n_node, 3) mm; stages: the way there; plates and contacts: paddle and support at the end.
 
-    path: one row per step: thickness_mm, force_n (paddle), support_force_n, contact_area_mm2 (paddle),
-    mean_pressure_kpa, peak_pressure_kpa (largest mean pressure of a face), penetration_mm, energy_uj,
-    smallest_J, iterations.
+    path: one row per step: thickness_mm (between the faces at their middle), readout_mm (before the paddle
+    yields), force_n (of the skin on the paddle along the axis), support_force_n, chest_force_n (on the body
+    by held nodes, chest wall and weight, so that the first is the sum of the others), contact_area_mm2 and
+    mean_pressure_kpa of the paddle, peak_pressure_kpa (largest mean of a face over its part in contact),
+    penetration_mm, tilt_deg, deflection_mm (largest of the paddle's face), energy_uj (of body, contact and
+    paddle), dissipated_uj (by friction), smallest_J, iterations (of Newton), seconds, work_uj (of the plates,
+    by trapezoids).
     """
 
     points: np.ndarray
@@ -114,30 +74,12 @@ class Compression:
     equilibrium: Equilibrium
     plates: tuple[RigidPlate, RigidPlate]
     contacts: tuple[ContactState, ContactState]
+    stages: tuple[Stage, ...]
+    between: Plates
 
-
-@dataclass(frozen=True)
-class _Stage:
-    """A body pressed to a thickness."""
-
-    thickness: float
-    plates: tuple[RigidPlate, RigidPlate]
-    state: Equilibrium
-
-    @property
-    def x(self) -> np.ndarray:
-        """The pressed shape (n_node, 3), mm."""
-        return self.state.points
-
-    def contacts(self) -> tuple[ContactState, ContactState]:
-        """What paddle and support do to the skin."""
-        paddle, support = self.plates
-        return paddle.state(self.x), support.state(self.x)
-
-    @property
-    def penetration(self) -> float:
-        """How deep the skin is in a plate at most, mm."""
-        return max(contact.penetration for contact in self.contacts())
+    def gap(self, points: np.ndarray) -> np.ndarray:
+        """Distance between the faces of the plates at points (n, 3), (n,) mm; NaN beside the plates."""
+        return self.between.gap(points, self.stages[-1].thickness, self.stages[-1].q)
 
 
 def compress(
@@ -145,102 +87,221 @@ def compress(
     effects: tuple[Effect, ...],
     *,
     plates: Plates,
-    thickness_mm: float,
+    control: Control,
     held: np.ndarray | None = None,
     settings: PressSettings | None = None,
 ) -> Compression:
-    """Press a body, whose mesh.points are stress-free, without friction to thickness_mm between the plates.
+    """Press a body, whose mesh.points are stress-free, between the plates to a thickness or a force.
 
-    The plates start at first contact and approach symmetrically; a step that fails is halved. effects may
-    hold more than tissue and skin, such as weight. held (n_node, 3) bool, default all components of the nodes
-    of `posterior`. Raises MechanicsError when the asked thickness is not below that of first contact,
-    EquilibriumError when no verified equilibrium was reached; its message names the thickness that was.
+    The plates start where they touch the body first, and approach symmetrically; a step that fails is halved.
+    effects may hold more than tissue and skin: weight, under which the body is at the start, and a chest
+    wall. held (n_node, 3) bool, default all components of the nodes of `posterior`.
+    Raises MechanicsError when the asked thickness is not below that of first contact, EquilibriumError when
+    no verified equilibrium was reached, or not the force; its message names what was.
     """
     settings = settings or PressSettings()
+    with _press(mesh, effects, plates, held, settings) as press:
+        first = _first_stage(press, mesh)
+        if isinstance(control, Force):
+            stages = _to_force(press, [first], control)
+        else:
+            stages = _to_thickness(press, [first], _within(control.mm, first.thickness))
+        return _compression(press, mesh, stages)
+
+
+def continued(
+    mesh: TetMesh,
+    effects: tuple[Effect, ...],
+    *,
+    plates: Plates,
+    control: Control,
+    begun: Sequence[Begun],
+    settings: PressSettings | None = None,
+) -> Compression:
+    """As compress, on the way of another compression of the same body, without friction, by a rigid paddle.
+
+    begun: its stages from first contact on; those beyond the control are left out. plates: the same.
+    Raises MechanicsError for plates that yield or hold the skin, or no stage; else as compress does.
+    """
+    if plates.paddle != Plates.paddle or plates.friction is not None or not begun:
+        raise MechanicsError(
+            "only a way between rigid plates without friction goes on, from one stage at least; use compress"
+        )
+    settings = settings or PressSettings()
+    with _press(mesh, effects, plates, None, settings) as press:
+        stages = [press.resumed(each) for each in begun]
+        if isinstance(control, Force):
+            stages = _to_force(press, stages, control)
+        else:
+            goal = _within(control.mm, stages[0].thickness)
+            stages = _to_thickness(press, [s for s in stages if s.thickness > goal], goal)
+        return _compression(press, mesh, stages)
+
+
+def released(
+    mesh: TetMesh,
+    effects: tuple[Effect, ...],
+    compression: Compression,
+    *,
+    held: np.ndarray | None = None,
+    settings: PressSettings | None = None,
+) -> Compression:
+    """The way back of a compression of the same body: the plates part until they do not touch it any more.
+
+    Raises EquilibriumError as compress does.
+    """
+    settings = settings or PressSettings()
+    with _press(mesh, effects, compression.between, held, settings) as press:
+        there = list(compression.stages)
+        began, ended = there[0].thickness, there[-1].thickness
+        stages = _to_thickness(press, there, began + _CLEARANCE * (began - ended))
+        return _compression(press, mesh, stages[len(compression.stages) - 1 :])
+
+
+@contextmanager
+def _press(
+    mesh: TetMesh,
+    effects: tuple[Effect, ...],
+    plates: Plates,
+    held: np.ndarray | None,
+    settings: PressSettings,
+) -> Iterator[Press]:
     held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
     held = require_well_posed(mesh, held)
-    faces = mesh.boundaries["skin"]
-    contact = plates.first_contact(mesh.points[np.unique(faces)])
-    if not 0 < thickness_mm < contact:
-        raise MechanicsError(
-            f"thickness_mm = {thickness_mm:g} is outside (0, {contact:.1f}), where the plates touch first"
-        )
-    areas = face_quadrature(mesh.points, faces).areas
+    faces = faces_of(mesh, "skin")
+    rule = six_points_in_each(settings.parts)
     penalty = settings.penalty_kpa_per_mm or _penalty(effects)
-    paddle, support = (RigidPlate(faces, areas, box, penalty) for box in plates.at(contact))
+    areas = rule.areas(mesh.points, faces)
+    boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
+    paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
     with system_of(Potential((*effects, paddle, support)), held) as system:
-        press = _Press(system, mesh.points, effects, plates, settings)
-        stages = press.path(press.pressed(mesh.points, (paddle, support), contact), thickness_mm)
-    last = stages[-1]
-    path = pd.DataFrame([_row(stage, plates.axes[:, 2]) for stage in stages])
-    return Compression(last.x, path, last.state, last.plates, last.contacts())
+        yield Press(system, effects, (paddle, support), plates, settings)
+
+
+def _first_stage(press: Press, mesh: TetMesh) -> Stage:
+    """The body under its weight, if it has any, and the plates where they touch it."""
+    weights = tuple(effect for effect in press.effects if isinstance(effect, Weight))
+    x = mesh.points
+    if weights:
+        rest = tuple(effect for effect in press.effects if not isinstance(effect, Weight))
+        x = solve(replace(press.system, potential=Potential((*rest, *press.apart), weights)), x).points
+    thickness = press.plates.first_contact(x[np.unique(press.apart[0].faces)])
+    boxes = press.plates.at(thickness)
+    paddle, support = (replace(contact, obstacle=box) for contact, box in zip(press.apart, boxes))
+    law = press.plates.friction
+    grips = () if law is None else tuple(Grip.none(law, contact) for contact in (paddle, support))
+    return Stage(thickness, press.plates.at_rest, x, (paddle, support), grips)
+
+
+def _within(thickness: float, contact: float) -> float:
+    if not 0 < thickness < contact:
+        raise MechanicsError(
+            f"thickness {thickness:g} mm is outside (0, {contact:.1f}), where the plates touch first"
+        )
+    return thickness
 
 
 def _penalty(effects: tuple[Effect, ...]) -> float:
-    """30 times the median shear modulus of the cells, per mm."""
+    """PENALTY_RATIO times the median shear modulus of the cells, per mm."""
     mu = np.concatenate(
         [effect.mu for effect in effects if isinstance(effect, (NeoHookean, MixedNeoHookean))]
     )
-    return 30.0 * float(np.median(mu))
+    return PENALTY_RATIO * float(np.median(mu))
 
 
-@dataclass(frozen=True)
-class _Press:
-    """What stays the same while a body is pressed."""
-
-    system: System
-    reference: np.ndarray
-    effects: tuple[Effect, ...]
-    plates: Plates
-    settings: PressSettings
-
-    def path(self, first: _Stage, thickness: float) -> list[_Stage]:
-        """The stages from first contact to a thickness; a step that fails is halved."""
-        stages = [first]
-        step = (first.thickness - thickness) / self.settings.steps
-        while stages[-1].thickness > thickness:
-            target = max(thickness, stages[-1].thickness - step)
-            try:
-                stages.append(self.pressed(stages[-1].x, stages[-1].plates, target))
-            except EquilibriumError as error:
-                step /= 2
-                log.info("compression to %.2f mm failed, halving the step: %s", target, error)
-                if step < self.settings.smallest_step_mm:
-                    raise EquilibriumError(
-                        f"compression to {thickness:g} mm stopped at {stages[-1].thickness:.2f} mm: {error}",
-                        history=error.history,
-                    ) from error
-        return stages
-
-    def pressed(self, x: np.ndarray, plates: tuple[RigidPlate, RigidPlate], thickness: float) -> _Stage:
-        """The stage at a thickness, from the shape x, with a penalty that keeps the penetration small."""
-        penalty = plates[0].penalty
-        boxes = self.plates.at(thickness)
-        while True:
-            paddle, support = (
-                replace(plate, obstacle=box, penalty=penalty) for plate, box in zip(plates, boxes)
-            )
-            system = replace(self.system, potential=Potential((*self.effects, paddle, support)))
-            state = solve(system, self.reference, start=x, settings=self.settings.solver)
-            stage = _Stage(thickness, (paddle, support), state)
-            if stage.penetration <= self.settings.penetration_mm:
-                return stage
-            x, penalty = state.points, 4 * penalty
+def _to_thickness(
+    press: Press, stages: list[Stage], target: float, enough: Callable[[Stage], bool] = lambda stage: False
+) -> list[Stage]:
+    """The stages, and those that follow up to a thickness, or until one is enough."""
+    stages = list(stages)
+    way = target - stages[-1].thickness
+    # In a step longer than the edge radius skin may come nearer to the side of a plate than to its face.
+    whole = float(np.ptp([target, *(stage.thickness for stage in stages)]))
+    largest = min(whole / press.settings.steps, press.plates.edge_radius_mm)
+    step = _FIRST * largest
+    while stages[-1].thickness != target and not enough(stages[-1]):
+        left = abs(target - stages[-1].thickness)
+        goal = target if left <= 1.2 * step else stages[-1].thickness + np.copysign(step, way)
+        try:
+            stages.append(press.pressed(stages, goal))
+        except (StepFailed, EquilibriumError) as error:
+            step = min(step, left) / 2
+            log.info("compression to %.2f mm failed, halving the step: %s", goal, error)
+            if step < press.settings.smallest_step_mm:
+                raise _stopped(target, stages, error) from error
+        else:
+            step = min(2 * step, largest)
+    return stages
 
 
-def _row(stage: _Stage, axis: np.ndarray) -> dict[str, float]:
-    """A row of Compression.path; axis (3,) points from the support to the paddle."""
-    paddle, support = stage.contacts()
-    force = float(paddle.force @ axis)
-    return {
-        "thickness_mm": stage.thickness,
-        "force_n": force / MN_PER_N,
-        "support_force_n": -float(support.force @ axis) / MN_PER_N,
-        "contact_area_mm2": paddle.area,
-        "mean_pressure_kpa": force / paddle.area if paddle.area > 0 else 0.0,
-        "peak_pressure_kpa": float(paddle.pressure.mean(axis=1).max()),
-        "penetration_mm": stage.penetration,
-        "energy_uj": stage.state.energy,
-        "smallest_J": stage.state.smallest_J,
-        "iterations": len(stage.state.history) - 1,
-    }
+def _stopped(target: float, stages: list[Stage], error: Exception) -> EquilibriumError:
+    return EquilibriumError(
+        f"compression to {target:g} mm stopped at {stages[-1].thickness:.2f} mm: {error}; a finer mesh, a "
+        "larger edge radius of the plates, or skin may carry it further",
+        history=tuple(row for stage in stages for row in stage.history),
+    )
+
+
+def _to_force(press: Press, stages: list[Stage], control: Force) -> list[Stage]:
+    """The stages up to a force: steps until it is exceeded, then a secant that stays between its bounds."""
+    axis, target = press.plates.axes[:, 2], control.newton
+    smallest = _within(control.smallest_mm, stages[0].thickness)
+    below = list(takewhile(lambda stage: force_n(stage, axis) < target, stages))
+    begun = stages[: len(below) + 1]
+    stages = _to_thickness(press, begun, smallest, lambda stage: force_n(stage, axis) >= target)
+    above, forces = stages[-1], [force_n(stage, axis) for stage in stages]
+    if forces[-1] < target * (1 - control.tolerance):
+        raise EquilibriumError(
+            f"at the smallest thickness, {smallest:g} mm, the force is {forces[-1]:.3g} N, less than "
+            f"{target:g} N: ask for a smaller force, or allow a smaller thickness"
+        )
+    low, high = (stages[-2].thickness, forces[-2]), (above.thickness, forces[-1])
+    stages, last = stages[:-1], (low, high)
+    for _ in range(_MOST_TRIALS):
+        if abs(high[1] / target - 1) <= control.tolerance:
+            return [*stages, above]
+        goal = _between(low, high, last, target)
+        trial = press.pressed([above, stages[-1]], goal)
+        found = (goal, force_n(trial, axis))
+        last = (last[1], found)
+        if abs(found[1] / target - 1) <= control.tolerance:
+            return [*stages, trial]
+        low, high = (found, high) if found[1] < target else (low, found)
+    raise EquilibriumError(f"{_MOST_TRIALS} trials did not meet {target:g} N: {low}, {high} mm and N")
+
+
+Tried = tuple[float, float]
+
+
+def _between(low: Tried, high: Tried, last: tuple[Tried, Tried], target: float) -> float:
+    """The thickness where the line through the last two trials has the force, kept between the bounds."""
+    (t0, f0), (t1, f1) = last
+    goal = t1 + (target - f1) * (t1 - t0) / (f1 - f0) if f1 != f0 else np.inf
+    inside = min(low[0], high[0]) < goal < max(low[0], high[0])
+    return goal if inside else (low[0] + high[0]) / 2
+
+
+def _compression(press: Press, mesh: TetMesh, stages: list[Stage]) -> Compression:
+    """The verified result of stages."""
+    before, last = stages[-2], stages[-1]
+    potential = Potential((*press.effects, *last.surroundings()))
+    system = replace(press.system, potential=potential)
+    state = solve(system, mesh.points, start=last.x, settings=press.settings.solver)
+    imbalance = energy_imbalance(potential, [before.x, last.x])
+    if imbalance > LARGEST_IMBALANCE:
+        raise EquilibriumError(
+            f"the energy of the last step is off by {imbalance:.1e}, at most {LARGEST_IMBALANCE:g}: use more "
+            "steps",
+            history=last.history,
+        )
+    state = replace(state, energy_imbalance=imbalance, history=last.history)
+    contacts = tuple(contact.state(last.x) for contact in last.contacts)
+    return Compression(
+        last.x,
+        path_table(press, stages),
+        state,
+        last.contacts,
+        (contacts[0], contacts[1]),
+        tuple(stages),
+        press.plates,
+    )

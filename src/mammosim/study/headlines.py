@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from mammosim.study.strategies_summary import numbers_of_strategies
 from mammosim.study.sweep import VERIFIED
 from mammosim.study.unloading import FOUND
 
@@ -24,9 +25,9 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "unloading_residual_max_mm": _last_residual(tables),
         "stress_free_error_mean_mm": _best_error(tables),
         "unloading_refused": _unloading_refused(tables),
-        "force_max_n": _extreme(tables, "compression", "force_n", "max"),
         "pressure_max_kpa": _extreme(tables, "compression", "peak_pressure_kpa", "max"),
         "penetration_max_mm": _extreme(tables, "compression", "penetration_mm", "max"),
+        "force_imbalance_max_percent": _extreme(tables, "compression", "imbalance_percent", "max"),
         "dose_min_mgy": _extreme(tables, "image", "dose_mgy", "min"),
         "dose_max_mgy": _extreme(tables, "image", "dose_mgy", "max"),
         "dose_error_max_percent": _percent(_extreme(tables, "dose", "relative_error", "max")),
@@ -34,6 +35,8 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "cnr_max": _extreme(tables, "image", "cnr", "max"),
     }
     found |= _held_out(tables) | _intervals(tables)
+    if "compression" in tables:
+        found |= numbers_of_strategies(tables["compression"])
     if "segmentation_overlap" in tables:
         smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
         found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}

@@ -6,7 +6,7 @@ import numpy as np
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import TetMesh
-from mammosim.mechanics.compression import Plates
+from mammosim.mechanics.paddles import Plates
 
 # Held points this far above and below the nipple are the ribs behind the breast, not a cut of the body.
 LEVEL_MM = 40.0
@@ -49,8 +49,12 @@ def craniocaudal_plates(
     return Plates(centre, axes, half, plate_mm["edge_radius"])
 
 
-def plate_facts(plates: Plates, thickness_mm: float) -> dict[str, float]:
-    """Chest edge, side limits and inner faces of plates this far apart, mm."""
+def plate_facts(plates: Plates, thickness_mm: float, *, widest_mm: float = 0.0) -> dict[str, float]:
+    """Chest edge, side limits and inner faces of plates this far apart, mm.
+
+    widest_mm: the largest distance of their faces where a paddle that yields is over the breast; paddle_z_mm
+    is as high as that.
+    """
     x, _, z = plates.centre
     return {
         "thickness_mm": thickness_mm,
@@ -58,7 +62,7 @@ def plate_facts(plates: Plates, thickness_mm: float) -> dict[str, float]:
         "low_x_mm": float(x - plates.half_sizes[1]),
         "high_x_mm": float(x + plates.half_sizes[1]),
         "support_z_mm": float(z - thickness_mm / 2),
-        "paddle_z_mm": float(z + thickness_mm / 2),
+        "paddle_z_mm": float(z - thickness_mm / 2 + max(thickness_mm, widest_mm)),
         "depth_mm": float(2 * plates.half_sizes[0]),
         "height_mm": float(2 * plates.half_sizes[2]),
     }

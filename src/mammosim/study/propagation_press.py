@@ -10,6 +10,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.core.volume import LabelMap
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.compression import Compression, compress
+from mammosim.mechanics.control import Thickness
 from mammosim.study.mammogram import SENSOR_MM, dose_and_scatter, xray_phantom
 from mammosim.study.phantom import field_box, field_grid, voxel_breast
 from mammosim.study.points import MaterialPoints
@@ -60,7 +61,7 @@ def pressed(
     mesh = measured.mesh.moved_to(rest)
     nipple = MaterialPoints.on(measured.mesh, measured.nipple[None]).carry(rest)[0]
     plates = craniocaudal_plates(mesh, nipple, plate_mm=plate_mm, chest_gap_mm=chest_gap_mm)
-    found = compress(mesh, body.effects(mesh), plates=plates, thickness_mm=thickness_mm)
+    found = compress(mesh, body.effects(mesh), plates=plates, control=Thickness(thickness_mm))
     return Pressed(mesh, found, plate_facts(plates, thickness_mm))
 
 

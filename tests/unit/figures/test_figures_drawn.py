@@ -132,10 +132,6 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         strain=np.linspace(0, 0.4, len(t.mesh.cells)),
         pressure=np.linspace(0, 5, len(t.mesh.boundaries["skin"])), cut_x_mm=75.0,
     ),
-    "force": lambda t: compression.force_thickness(
-        {"small": pd.DataFrame({"thickness_mm": [70.0, 50], "force_n": [0.0, 20],
-                                "contact_area_mm2": [0.0, 5e3], "mean_pressure_kpa": [0.0, 4]})}
-    ),
     "phantom": lambda t: radiograph.phantom_slices(t.labels),
     "mammogram": lambda t: radiograph.mammogram(**shot(), row={"mas": 80.0, "cnr": 3.0, "cnr_se": 0.1}),
     "mammogram right": lambda t: radiograph.mammogram(**shot(), side="right"),

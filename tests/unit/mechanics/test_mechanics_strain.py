@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from mechanics_bodies import box, sphere_part
 
+from mammosim.core.labels import Label
 from mammosim.core.rigid import rotation
+from mammosim.core.tissues import Tissue
+from mammosim.mechanics.effects import bulk_tissue
 from mammosim.mechanics.reference import cell_quadrature, face_quadrature
 from mammosim.mechanics.strain import cell_strain
 
@@ -34,3 +37,19 @@ def test_curved_cells_measure_the_hemisphere():
     # Quadratic faces leave an error of (h / R)^4, about 1 %; straight ones would leave (h / R)^2, 4 %.
     assert volume == pytest.approx(2 / 3 * np.pi * 60.0**3, rel=2e-3)
     assert area == pytest.approx(2 * np.pi * 60.0**2, rel=2e-3)
+
+
+def test_the_logarithmic_strain_of_a_stretch_is_its_logarithm():
+    mesh = box((2, 2, 2), (10.0, 10.0, 10.0))
+    stretch = np.array([0.8, 1.0, 1.5])
+    F = rotation(np.array([20.0, 50.0, -80.0])) @ np.diag(stretch)
+    assert np.allclose(cell_strain(mesh, mesh.points @ F.T).logarithmic, np.log(stretch), atol=1e-12)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.3, 0.495])
+def test_the_energies_of_the_cells_add_up_to_the_energy_of_the_effect(poisson_ratio):
+    mesh = box((2, 2, 2), (10.0, 10.0, 10.0))
+    bulk = bulk_tissue(mesh, {Label.ADIPOSE: Tissue(1.0, poisson_ratio, 1.0)})
+    x = mesh.points + 0.02 * mesh.points[:, [1, 2, 0]] ** 2
+    assert bulk.energies(x).shape == (len(mesh.cells),)
+    assert bulk.energies(x).sum() == pytest.approx(bulk.energy(x), rel=1e-12)

@@ -1,11 +1,14 @@
 """Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
 
 from mammosim.mechanics.effects.attraction import Attraction
+from mammosim.mechanics.effects.bent import BentBox
 from mammosim.mechanics.effects.bulk import NeoHookean
 from mammosim.mechanics.effects.buoyancy import Buoyancy
 from mammosim.mechanics.effects.chest_wall import EllipticCylinder, chest_wall_contact
 from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
+from mammosim.mechanics.effects.face_rule import SIX_POINTS, FaceRule, six_points_in_each
 from mammosim.mechanics.effects.fibres import Fibres
+from mammosim.mechanics.effects.friction import CoulombFriction
 from mammosim.mechanics.effects.mixed import MixedNeoHookean, bulk_tissue
 from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
@@ -15,11 +18,15 @@ from mammosim.mechanics.effects.springs import Springs
 from mammosim.mechanics.effects.weight import Weight
 
 __all__ = [
+    "SIX_POINTS",
     "Attraction",
+    "BentBox",
     "Buoyancy",
     "ContactState",
+    "CoulombFriction",
     "Effect",
     "EllipticCylinder",
+    "FaceRule",
     "Fibres",
     "MixedNeoHookean",
     "NeoHookean",
@@ -34,4 +41,5 @@ __all__ = [
     "Weight",
     "bulk_tissue",
     "chest_wall_contact",
+    "six_points_in_each",
 ]

@@ -45,8 +45,12 @@ class NeoHookean:
 
     def energy(self, x: np.ndarray) -> float:
         """The integral of W; infinite where J <= 0 at an integration point."""
+        return float(np.sum(self.energies(x)))
+
+    def energies(self, x: np.ndarray) -> np.ndarray:
+        """The integral of W over each cell (n_cell,)."""
         q = self.quadrature
-        return float(np.sum(kernels.energies(x, self.cells, q.gradients, q.volumes, self.mu, self.k)))
+        return kernels.energies(x, self.cells, q.gradients, q.volumes, self.mu, self.k)
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += integral of P dN_a/dX."""

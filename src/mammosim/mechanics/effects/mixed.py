@@ -142,6 +142,14 @@ class MixedNeoHookean:
         p, b = self.space.pressure(self.pointwise.volume_ratios(x) - 1)
         return self.pointwise.energy(x) + 0.5 * float(np.sum(b * p))
 
+    def energies(self, x: np.ndarray) -> np.ndarray:
+        """The share (n_cell,) of each cell in the energy: b . p / 2 is a sum over the cells, too."""
+        change = self.pointwise.volume_ratios(x) - 1
+        p, _ = self.space.pressure(change)
+        held = np.zeros_like(change)
+        held[self.space.held] = self.space.volumes * change[self.space.held]
+        return self.pointwise.energies(x) + 0.5 * np.sum(held * self.space.at_points(p, len(change)), axis=1)
+
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += integral of P dN_a/dX, P under both pressures."""
         change = self.pointwise.volume_ratios(x) - 1

@@ -6,12 +6,13 @@ b are the half sizes and r the edge radius: grad d is continuous everywhere outs
 """
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numba
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
-from mammosim.mechanics.effects.contact import RigidContact
+from mammosim.mechanics.effects.contact import Obstacle, RigidContact
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,36 @@ class RoundedBox:
         """d2d/dx2 (n, 3, 3): (1 - n (x) n) / |max(q, 0)| in the directions i of q_i > 0, else zero."""
         return _hessians(x, self.centre, self.axes, self.half_sizes - self.radius)
 
+    def material(self, x: np.ndarray) -> np.ndarray:
+        """Coordinates y (n, 3) = R^T (x - c) along the axes of the box, mm."""
+        return (x - self.centre) @ self.axes
+
+    def position(self, y: np.ndarray) -> np.ndarray:
+        """x (n, 3) = c + R y."""
+        return self.centre + y @ self.axes.T
+
     def moved(self, shift: np.ndarray) -> "RoundedBox":
         """The box shifted by (3,) mm."""
         return replace(self, centre=self.centre + shift)
 
 
+class PlateFace(Obstacle, Protocol):
+    """An obstacle with coordinates of its own, which move with it."""
+
+    def material(self, x: np.ndarray) -> np.ndarray:
+        """Its coordinates (n, 3) of points (n, 3), mm."""
+        ...
+
+    def position(self, y: np.ndarray) -> np.ndarray:
+        """The points (n, 3) of coordinates (n, 3)."""
+        ...
+
+
 @dataclass(frozen=True)
 class RigidPlate(RigidContact):
-    """Contact of the skin's faces with a plate, a RoundedBox; see RigidContact."""
+    """Contact of the skin's faces with a plate, such as a RoundedBox; see RigidContact."""
+
+    obstacle: PlateFace
 
 
 @numba.njit(cache=True, inline="always")

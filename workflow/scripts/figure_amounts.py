@@ -1,15 +1,14 @@
-"""Force, area and pressure while the plates close."""
+"""How much tissue and skin lies above the marks of every measure, by every strategy."""
 
 import _log
 
-from mammosim.figures.compression import force_thickness
+from mammosim.figures.strategies import amounts
 from mammosim.io.figures import write_figure
 from mammosim.io.tables import read_table
 
 
 def main(table: str, out: str) -> None:
-    paths = {f"{v}, {side}": rows for (v, side), rows in read_table(table).groupby(["volunteer", "side"])}
-    write_figure(force_thickness(paths), out)
+    write_figure(amounts(read_table(table)), out)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,262 @@
+"""One step of a compression: body, paddle and friction in equilibrium with plates at a given distance.
+
+Body:     dE/dx + dP/dx = 0 by the verified Newton, at given paddle q and normal forces of friction
+Paddle:   R = K q + dP/dq = 0 by Newton on the Schur complement S = K + d2P/dq2 - (dx/dq) . d2E (dx/dq)
+Friction: the normal forces are those of the shape found, by repetition
+
+P is the energy of the contacts, with friction of both plates; it depends on q through the paddle's place.
+"""
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from mammosim.mechanics.descent import descend
+from mammosim.mechanics.effects import Effect, RigidPlate
+from mammosim.mechanics.equilibrium import Settings
+from mammosim.mechanics.grip import Grip
+from mammosim.mechanics.newton import Iteration, NewtonSettings, StepFailed, System, converge, is_stable
+from mammosim.mechanics.paddles import Plates
+from mammosim.mechanics.potential import Potential
+
+log = logging.getLogger(__name__)
+
+# Paddle: largest imbalance relative to the forces on it; how far its face may move in an iteration.
+PADDLE_TOLERANCE = 1e-6
+_LARGEST_MOVE_MM = 3.0
+_PROBE_MM = 1e-4  # of finite differences by q
+_MOST_BALANCES = 15
+_MOST_LAGS = 25
+
+
+@dataclass(frozen=True)
+class PressSettings:
+    """How a compression is solved.
+
+    steps: how many equal ones to begin with, also the largest; penetration_mm: the largest accepted.
+    penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
+    modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
+    of the lagged friction forces, relative. solver: by default without trusted steps, since contact opens
+    and closes (decisions/mechanics_newton.md).
+    """
+
+    steps: int = 8
+    smallest_step_mm: float = 0.2
+    penetration_mm: float = 0.1
+    penalty_kpa_per_mm: float | None = None
+    parts: int = 2
+    friction_tolerance: float = 1e-3
+    solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0, stagnation=8)))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A body pressed to a thickness, with the unknowns q (m,) of the paddle.
+
+    contacts: paddle and support; grips: theirs, empty without friction; dissipated: by friction in all steps
+    so far, uJ; history: of the Newton iterations of this step.
+    """
+
+    thickness: float
+    q: np.ndarray
+    x: np.ndarray
+    contacts: tuple[RigidPlate, RigidPlate]
+    grips: tuple[Grip, ...] = ()
+    dissipated: float = 0.0
+    history: tuple[Iteration, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def penetration(self) -> float:
+        """How deep the skin is in a plate at most, mm."""
+        return max(contact.state(self.x).penetration for contact in self.contacts)
+
+    def surroundings(self) -> tuple[Effect, ...]:
+        """Contacts and friction, as they acted in this step."""
+        return (*self.contacts, *(grip.effect(contact) for grip, contact in zip(self.grips, self.contacts)))
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A stage between rigid plates, as it may be kept in a file.
+
+    thickness: of the plates, mm; penalty: of their contacts, kPa/mm; x (n_node, 3) mm.
+    """
+
+    thickness: float
+    penalty: float
+    x: np.ndarray
+
+
+@dataclass(frozen=True)
+class Press:
+    """What stays the same while a body is pressed: body, plates, and how it is solved.
+
+    apart: the contacts of plates that touch nothing, which the pattern of the system knows.
+    """
+
+    system: System
+    effects: tuple[Effect, ...]
+    apart: tuple[RigidPlate, RigidPlate]
+    plates: Plates
+    settings: PressSettings
+
+    def resumed(self, begun: Begun) -> Stage:
+        """The stage that was kept."""
+        boxes = self.plates.at(begun.thickness)
+        paddle, support = (
+            replace(contact, obstacle=box, penalty=begun.penalty) for contact, box in zip(self.apart, boxes)
+        )
+        return Stage(begun.thickness, self.plates.at_rest, begun.x, (paddle, support))
+
+    def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
+        """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""
+        began = time.perf_counter()
+        history: list[Iteration] = []
+        last = before[-1]
+        stage = replace(self._guess(before, thickness), dissipated=last.dissipated)
+        while True:
+            stage = self._with_friction(stage, history)
+            if stage.penetration <= self.settings.penetration_mm:
+                break
+            paddle, support = (replace(c, penalty=4 * c.penalty) for c in stage.contacts)
+            stage = replace(stage, contacts=(paddle, support))
+        if not is_stable(self._system(stage), stage.x):
+            raise StepFailed("the shape found is unstable", stage.x, indefinite=True)
+        stage = replace(stage, history=tuple(history), seconds=time.perf_counter() - began)
+        return self._carried(stage)
+
+    def _carried(self, stage: Stage) -> Stage:
+        """The stage with the grips that the next one begins with."""
+        after = [grip.carried(contact, stage.x) for grip, contact in zip(stage.grips, stage.contacts)]
+        dissipated = stage.dissipated + sum(lost for _, lost in after)
+        return replace(stage, grips=tuple(grip for grip, _ in after), dissipated=dissipated)
+
+    def _guess(self, before: Sequence[Stage], thickness: float) -> Stage:
+        """Shape and paddle along the line of the last two stages, as far as J stays above half."""
+        last = before[-1]
+        stage = self._moved(replace(last, thickness=thickness), last.q)
+        if len(before) < 2:
+            return stage
+        other = before[-2]
+        part = (thickness - last.thickness) / (last.thickness - other.thickness)
+        least = min(1.0, self._system(last).potential.smallest_J(last.x)) / 2
+        while abs(part) > 1e-3:
+            x = last.x + part * (last.x - other.x)
+            if self._system(last).potential.smallest_J(x) >= least:
+                return replace(self._moved(stage, last.q + part * (last.q - other.q)), x=x)
+            part /= 2
+        return stage
+
+    def _moved(self, stage: Stage, q: np.ndarray) -> Stage:
+        """The stage with its paddle moved to q."""
+        boxes = self.plates.at(stage.thickness, q)
+        paddle, support = (replace(contact, obstacle=box) for contact, box in zip(stage.contacts, boxes))
+        return replace(stage, q=q, contacts=(paddle, support))
+
+    def _system(self, stage: Stage) -> System:
+        return replace(self.system, potential=Potential((*self.effects, *stage.surroundings())))
+
+    def _with_friction(self, stage: Stage, history: list[Iteration]) -> Stage:
+        """The stage in equilibrium under friction forces that belong to its own normal forces."""
+        for _ in range(_MOST_LAGS):
+            stage = self._balanced(stage, history)
+            if not stage.grips:
+                return stage
+            grips = tuple(grip.lagged(c, stage.x) for grip, c in zip(stage.grips, stage.contacts))
+            after = replace(stage, grips=grips)
+            if self._friction_change(stage, after) <= self.settings.friction_tolerance:
+                return stage
+            stage = after
+        raise StepFailed("friction and normal forces did not agree", stage.x)
+
+    def _friction_change(self, stage: Stage, after: Stage) -> float:
+        """Of the friction forces on the nodes, relative to the forces of contact."""
+        old, new = (
+            Potential(state.surroundings()[len(state.contacts) :]).gradient(stage.x)
+            for state in (stage, after)
+        )
+        scale = np.linalg.norm(Potential(stage.contacts).gradient(stage.x))
+        return float(np.linalg.norm(new - old) / scale) if scale else 0.0
+
+    def _balanced(self, stage: Stage, history: list[Iteration]) -> Stage:
+        """Body and paddle in equilibrium."""
+        for _ in range(_MOST_BALANCES):
+            stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
+            R, scale = self._paddle_forces(stage)
+            if np.all(np.abs(R) <= PADDLE_TOLERANCE * scale):
+                return stage
+            stage = self._paddle_step(stage, R)
+        raise StepFailed(f"the paddle did not come to rest: {np.abs(R).max():.3g} mN are left", stage.x)
+
+    def _settled(self, system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
+        """The body in equilibrium, by way of a descent where Newton alone does not succeed."""
+        newton = self.settings.solver.newton
+        try:
+            return converge(system, x, newton, history)
+        except StepFailed as failure:
+            log.info("downhill, since Newton failed: %s", failure)
+            return converge(system, descend(system, failure.x, history), newton, history)
+
+    def _paddle_forces(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
+        """R (m,) = K q + dP/dq, and what it is measured against."""
+        K = self.plates.paddle.stiffness(self.plates.half_sizes)
+        reach = self.plates.paddle.reach(self.plates.half_sizes)
+        scale = np.linalg.norm(stage.contacts[0].state(stage.x).force) * reach
+        return K @ stage.q + self._contact_forces(stage), np.maximum(scale, 1.0)
+
+    def _contact_forces(self, stage: Stage) -> np.ndarray:
+        """dP/dq (m,) at fixed x."""
+        return np.array(
+            [
+                (self._energy(stage, stage.q + dq) - self._energy(stage, stage.q - dq))
+                / (2 * np.abs(dq).sum())
+                for dq in self._probes()
+            ]
+        )
+
+    def _probes(self) -> np.ndarray:
+        """Small changes of q (m, m), one a row."""
+        return np.diag(_PROBE_MM / self.plates.paddle.reach(self.plates.half_sizes))
+
+    def _energy(self, stage: Stage, q: np.ndarray) -> float:
+        return Potential(self._moved(stage, q).surroundings()).energy(stage.x)
+
+    def _paddle_step(self, stage: Stage, R: np.ndarray) -> Stage:
+        """One Newton step of the paddle with the body following, dq = - S^-1 R, dx = (dx/dq) dq."""
+        probes = self._probes()
+        V = self._following(stage, probes)
+        K = self.plates.paddle.stiffness(self.plates.half_sizes)
+        columns = []
+        for dq, dx in zip(probes, V):
+            ahead, behind = (
+                self._contact_forces(replace(self._moved(stage, stage.q + s * dq), x=stage.x + s * dx))
+                for s in (1, -1)
+            )
+            columns.append((ahead - behind) / (2 * np.abs(dq).sum()))
+        dq = -np.linalg.solve(K + np.array(columns).T, R)
+        reach = self.plates.paddle.reach(self.plates.half_sizes)
+        dq *= min(1.0, _LARGEST_MOVE_MM / np.abs(dq * reach).sum())
+        x = stage.x + np.einsum("m,mai->ai", dq / np.diag(probes), V)
+        moved = self._moved(stage, stage.q + dq)
+        return replace(moved, x=x) if self._system(moved).potential.smallest_J(x) > 0 else moved
+
+    def _following(self, stage: Stage, probes: np.ndarray) -> np.ndarray:
+        """How the body follows small changes of q: (m, n_node, 3) of K dx = - d2P/dxdq dq."""
+        system, solver = self._system(stage), self.system.solver
+        K = system.potential.tangent(stage.x, system.pattern)
+        found: list[np.ndarray] = []
+        for dq in probes:
+            ahead, behind = (self._pull(stage, stage.q + s * dq) for s in (1, -1))
+            g = (ahead - behind).ravel()[system.rows.free] / 2
+            solve = solver.again if found else lambda b, accuracy: solver.solve(K, b, accuracy)
+            found.append(system.spread(solve(-g, 1e-4)))
+        K.give_back()
+        return np.array(found)
+
+    def _pull(self, stage: Stage, q: np.ndarray) -> np.ndarray:
+        """dP/dx (n_node, 3) with the paddle at q."""
+        return Potential(self._moved(stage, q).surroundings()).gradient(stage.x)

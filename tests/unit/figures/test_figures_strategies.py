@@ -1,0 +1,78 @@
+"""Strategies of compression drawn side by side: on common scales, and a refused one is named."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.image import AxesImage
+
+from mammosim.figures.strategies import Marks, Strained, amounts, curves, discomfort, thickness_maps
+
+MARKS = Marks((50.0, 180.0), "practice", 10.0, "a standard")
+STRATEGIES = ("standard", "reduced", "tilted")
+
+
+def way(volunteer: str, strategy: str, moduli: str) -> pd.DataFrame:
+    thickness = np.linspace(90, 60 if strategy == "reduced" else 45, 8)
+    force = (90 - thickness) ** 1.5 / 30 * (5 if moduli == "compression" else 1)
+    area = 40 * (90 - thickness)
+    with np.errstate(invalid="ignore"):
+        pressure = np.nan_to_num(1e3 * force / area)
+    return pd.DataFrame(
+        {"thickness_mm": thickness, "force_n": force, "contact_area_mm2": area,
+         "mean_pressure_kpa": pressure, "peak_pressure_kpa": 2 * pressure}
+    ).assign(volunteer=volunteer, side="left", strategy=strategy, moduli=moduli)  # fmt: skip
+
+
+def paths() -> pd.DataFrame:
+    return pd.concat(
+        [way(v, s, m) for v in ("small", "large") for s in STRATEGIES for m in ("gravity", "compression")]
+    )
+
+
+def place() -> pd.DataFrame:
+    outward, across = (grid.ravel() for grid in np.meshgrid(np.arange(1, 61, 2), np.arange(-39, 41, 2)))
+    inside = np.hypot(outward, across) < 50
+    thickness = 50 - 0.1 * outward - 40 * (np.hypot(outward, across) / 50) ** 12
+    return pd.DataFrame({"outward_mm": outward, "across_mm": across, "thickness_mm": thickness})[inside]
+
+
+def test_a_row_of_curves_for_each_set_of_moduli_shares_its_scales():
+    figure = curves(paths(), MARKS)
+    assert len(figure.axes) == 2 * 4
+    assert figure.axes[0].get_ylim() == figure.axes[4].get_ylim()
+    assert all("(" in ax.get_ylabel() for ax in figure.axes)
+    assert figure.axes[0].get_ylim()[1] >= 180.0, "what is usual in practice is in the picture"
+
+
+def test_one_thickness_scale_serves_all_strategies_and_a_refused_one_is_named():
+    maps = {"standard": place(), "tilted": place().assign(thickness_mm=30.0), "flexible": place().iloc[:0]}
+    figure = thickness_maps(maps)
+    scales = {panel.collections[0].get_clim() for panel in figure.axes[:2]}
+    assert len(scales) == 1
+    titles = [ax.get_title(loc="left") for ax in figure.axes[:3]]
+    assert ["refused" in title for title in titles] == [False, False, True]
+
+
+def test_strain_energy_and_pressure_stand_in_rows_with_a_scale_each(torso):
+    n_cell, n_face = len(torso.mesh.cells), len(torso.mesh.boundaries["skin"])
+    strained = {
+        name: Strained(mesh, np.linspace(0, 1, n_cell), np.linspace(0, 2, n_cell), np.linspace(-1, 5, n_face))
+        for name, mesh in (("standard", torso.mesh), ("reduced", torso.flat))
+    }
+    figure = discomfort(strained, cut_x_mm=75.0)
+    pictures = [ax for ax in figure.axes if any(isinstance(child, AxesImage) for child in ax.images)]
+    assert len(pictures) == 3 * 2
+    bars = [ax.get_ylabel() for ax in figure.axes if ax.get_label() == "<colorbar>"]
+    assert [label.split(" (")[1] for label in bars] == ["-)", "kPa)", "kPa)"]
+
+
+def test_the_bars_are_as_high_as_the_amounts():
+    rows = [
+        {"volunteer": "small", "side": "left", "strategy": s, "moduli": m, "measure": measure,
+         "threshold": mark, "tissue": tissue, "amount": 100.0 / (1 + mark), "unit": unit}
+        for s in STRATEGIES for m in ("gravity", "compression")
+        for measure, tissue, unit in (("logarithmic", "all", "cm3"), ("pressure_kpa", "skin", "cm2"))
+        for mark in (0.25, 1.0)
+    ]  # fmt: skip
+    figure = amounts(pd.DataFrame(rows))
+    heights = {round(bar.get_height(), 6) for ax in figure.axes for bar in ax.patches}
+    assert heights == {80.0, 50.0}

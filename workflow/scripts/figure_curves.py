@@ -1,0 +1,25 @@
+"""Force, area and pressure on the way of every strategy."""
+
+import _log
+
+from mammosim.figures.strategies import Marks, curves
+from mammosim.io.figures import write_figure
+from mammosim.io.tables import read_table
+from mammosim.io.tabulated import tabulated
+
+
+def main(table: str, out: str) -> None:
+    practice = tabulated("published_mammography").set_index(["source", "quantity"])
+    force = practice.loc["de Groot 2015", "force"]
+    marks = Marks(
+        force_n=(force.low, force.high),
+        force_source="practice [de Groot 2013, 2015]",
+        pressure_kpa=practice.loc["de Groot 2015", "standardised pressure"]["mean"],
+        pressure_source="de Groot 2013",
+    )
+    write_figure(curves(read_table(table), marks), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.table, snakemake.output[0])

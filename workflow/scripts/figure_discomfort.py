@@ -1,0 +1,24 @@
+"""Strain, energy and pressure in one breast, by every strategy that was not refused."""
+
+import _log
+
+from mammosim.figures.strategies import Strained, discomfort
+from mammosim.io.figures import write_figure
+from mammosim.io.meshes import read_cell_data, read_mesh
+from mammosim.io.tables import read_json, read_table
+
+
+def main(files: dict, strategies: list[str], out: str) -> None:
+    pressed = {}
+    for name, shape, faces in zip(strategies, files["shapes"], files["faces"]):
+        pressure = read_table(faces).pressure_kpa.to_numpy()
+        if len(pressure):
+            measures = {each: read_cell_data(shape, each) for each in ("logarithmic", "energy_kpa")}
+            pressed[name] = Strained(read_mesh(shape), pressure_kpa=pressure, **measures)
+    facts = read_json(files["plates"])
+    write_figure(discomfort(pressed, cut_x_mm=(facts["low_x_mm"] + facts["high_x_mm"]) / 2), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(dict(snakemake.input.items()), snakemake.params.strategies, snakemake.output[0])
