@@ -242,6 +242,11 @@ def pressed_all_ways(end):
     ]
 
 
+def xrayed(template):
+    """A path for every breast and every strategy that is X-rayed."""
+    return over(template, side=COMPRESSION["sides"], strategy=XRAY["strategies"])
+
+
 def known_strategies(names, scenes):
     """The strategies of that file by name, in the order asked for; refused when one is not there."""
     absent = [name for name in names if name not in scenes]

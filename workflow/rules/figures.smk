@@ -325,23 +325,6 @@ rule figure_mammogram:
         "../scripts/figure_mammogram.py"
 
 
-rule figure_dose:
-    """Glandular dose, scatter and exposure of every compressed breast."""
-    input:
-        table="results/study/image.csv",
-        library=library("figure_dose.py"),
-    output:
-        "results/study/figures/dose.png",
-    log:
-        "results/logs/figure_dose/all.log",
-    benchmark:
-        "results/benchmarks/figure_dose/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_dose.py"
-
-
 rule figure_moduli:
     """Moduli in the literature and in this study."""
     input:
@@ -415,3 +398,20 @@ rule figure_fitted_shapes:
         mem_mb=1000,
     script:
         "../scripts/figure_fitted_shapes.py"
+
+
+rule figure_trade_off:
+    """Dose, exposure, scatter and contrast of every strategy against compressed thickness."""
+    input:
+        table="results/study/trade_off.csv",
+        library=library("figure_trade_off.py"),
+    output:
+        "results/study/figures/trade_off.png",
+    log:
+        "results/logs/figure_trade_off/all.log",
+    benchmark:
+        "results/benchmarks/figure_trade_off/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_trade_off.py"

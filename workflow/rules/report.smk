@@ -22,7 +22,7 @@ PICTURES = [
     "amounts",
     *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),
     *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
-    "dose",
+    "trade_off",
     "moduli",
     "gravity_and_compression",
 ]
@@ -33,7 +33,9 @@ rule report:
     input:
         text=str(HOME / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
-        tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
+        tables=expand(
+            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), "trade_off"]
+        ),
         quality="results/checked/all.csv",
         numbers="results/study/numbers.json",
         provenance="results/study/provenance.json",

@@ -30,9 +30,9 @@ TABLES = {
     "compression": pressed_all_ways(".csv"),
     "compression_path": pressed_all_ways("_path.csv"),
     "compression_amounts": pressed_all_ways("_amounts.csv"),
-    "conservation": over(f"results/phantom/{{v}}/{{side}}/{XRAYED}_conservation.csv", side=COMPRESSION["sides"]),
-    "dose": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_dose.csv", side=COMPRESSION["sides"]),
-    "image": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_image.csv", side=COMPRESSION["sides"]),
+    "conservation": xrayed("results/phantom/{v}/{side}/{strategy}_gravity_conservation.csv"),
+    "dose": xrayed("results/xray/{v}/{side}/{strategy}_gravity_dose.csv"),
+    "image": xrayed("results/xray/{v}/{side}/{strategy}_gravity_image.csv"),
 }
 
 
@@ -53,6 +53,24 @@ rule table:
         mem_mb=500,
     script:
         "../scripts/table.py"
+
+
+rule trade_off:
+    """What a thicker breast costs: every strategy's compression beside its image and dose."""
+    input:
+        compression="results/study/compression.csv",
+        image="results/study/image.csv",
+        library=library("trade_off.py"),
+    output:
+        "results/study/trade_off.csv",
+    log:
+        "results/logs/trade_off.log",
+    benchmark:
+        "results/benchmarks/trade_off/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/trade_off.py"
 
 
 rule numbers:

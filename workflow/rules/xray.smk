@@ -5,6 +5,9 @@ GEOMETRY = {
     key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
 }
 
+SCATTERED = "scatter" in XRAY["effects"]
+CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", "anode", "filter", "filter_um", "peak_kv")
+
 
 rule phantom:
     """The compressed breast as voxels, with what was conserved on the way."""
@@ -42,7 +45,7 @@ rule spectrum:
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
     params:
-        tube={key: XRAY[key] for key in ("anode", "filter", "filter_um", "peak_kv", "energies")},
+        tube={key: XRAY[key] for key in ("anode", "filter", "filter_um", "peak_kv", "energies", "paddle")},
     log:
         "results/logs/spectrum.log",
     benchmark:
@@ -86,7 +89,7 @@ rule mammogram:
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
-        scatter="results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv",
+        scatter=["results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv"] if SCATTERED else [],
         dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
         library=library("mammogram.py"),
     output:
@@ -95,6 +98,9 @@ rule mammogram:
     params:
         geometry=GEOMETRY,
         detector_kerma_ugy=XRAY["detector_kerma_ugy"],
+        effects=XRAY["effects"],
+        chain={key: XRAY[key] for key in CHAIN},
+        calcifications=XRAY["calcifications"],
         seed=config["seed"],
     log:
         "results/logs/mammogram/{v}_{side}_{strategy}_{moduli}.log",

@@ -1,4 +1,4 @@
-"""The X-ray image of one compressed breast with a lesion, and how well the lesion shows."""
+"""The X-ray image of one compressed breast with a lesion, and how well lesion and calcifications show."""
 
 import _log
 import numpy as np
@@ -8,6 +8,8 @@ from mammosim.core.rng import generator
 from mammosim.core.volume import Grid, Image
 from mammosim.io.images import read_labels, write_image
 from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.calcifications import Search, cluster_row
+from mammosim.study.image_chain import Taken
 from mammosim.study.mammogram import View, mammogram, scatter_from
 from mammosim.study.view import craniocaudal, spectrum_from
 
@@ -15,20 +17,24 @@ from mammosim.study.view import craniocaudal, spectrum_from
 def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
     labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
     geometry = craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"])
+    middle = settings["geometry"]["support_to_detector_mm"] + plates["thickness_mm"] / 2
     view = View(
-        geometry,
+        Taken(geometry, middle, settings["chain"] | {"seed": seed}),
         spectrum_from(read_table(files["spectrum"]), read_json(files["facts"])),
-        scatter_from(read_table(files["scatter"]), geometry),
         settings["detector_kerma_ugy"] / 1e3,
+        tuple(settings["effects"]),
+        scatter_from(read_table(files["scatter"]), geometry) if files["scatter"] else None,
     )
-    taken = mammogram(labels, view, rng=generator(seed, *job.values(), "quantum noise"))
+    shot = mammogram(labels, view, rng=generator(seed, *job.values(), "quantum noise"))
+    search = Search.drawn(**settings["calcifications"], rng=generator(seed, "calcifications"))
+    stream = generator(seed, *job.values(), "cluster")
+    cluster = cluster_row(labels, view, search, mas=shot.row["mas"], rng=stream)
     dose = read_table(files["dose"]).iloc[0]
-    row = job | taken.row
-    row["dose_mgy"] = dose.mgy_per_mas * taken.row["mas"]
-    row["dose_se_mgy"] = dose.standard_error_mgy_per_mas * taken.row["mas"]
+    doses = {"dose_mgy": dose.mgy_per_mas, "dose_se_mgy": dose.standard_error_mgy_per_mas}
+    row = job | shot.row | cluster | {name: value * shot.row["mas"] for name, value in doses.items()}
     write_table(pd.DataFrame([row]), files["row"])
     pixel = geometry.detector.pixel_mm
-    layers = np.stack([taken.exposure.image, taken.lesion, taken.ring]).astype(np.float32)
+    layers = np.stack([shot.exposure.image, shot.lesion, shot.ring]).astype(np.float32)
     write_image(Image(Grid(layers.shape, np.array([pixel, pixel, 1.0]), np.zeros(3)), layers), files["image"])
 
 

@@ -1,7 +1,6 @@
 """X-rays: the voxels of the compressed breast, the mammogram, dose and scatter."""
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
@@ -9,7 +8,7 @@ from matplotlib.patches import Circle
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
 from mammosim.figures.slices import draw_labels, tissue_legend
-from mammosim.figures.style import BLUE, GREEN, ORANGE, VERMILION, new_figure, styled
+from mammosim.figures.style import ORANGE, new_figure, styled
 
 # Attenuation, -ln(transmission), above which a pixel is breast: more than the beam falls towards the corners
 # of the field, less than 1 cm of fat.
@@ -104,28 +103,3 @@ def _draw_facts(ax: Axes, row: dict[str, float]) -> None:
 
 def _fields(text: str) -> list[str]:
     return [part.split(":")[0] for part in text.split("{")[1:]]
-
-
-@styled
-def dose(table: pd.DataFrame) -> Figure:
-    """Mean glandular dose, and scatter to primary at the lesion, of each breast, with two standard errors.
-
-    table: columns volunteer, side, dose_mgy, dose_se_mgy, scatter_to_primary, mas.
-    """
-    figure = new_figure(2.7)
-    axes = figure.subplots(1, 3)
-    panels = (
-        ("dose_mgy", "mean glandular dose (mGy)", BLUE),
-        ("scatter_to_primary", "scatter / primary at the lesion (-)", VERMILION),
-        ("mas", "exposure (mAs)", GREEN),
-    )
-    names = table.volunteer + ", " + table.side
-    for ax, (column, label, colour) in zip(axes, panels):
-        error = 2 * table.dose_se_mgy if column == "dose_mgy" else None
-        bars = ax.bar(names, table[column], yerr=error, color=colour, width=0.55, capsize=4)
-        ax.bar_label(bars, fmt="%.3g", padding=3, fontsize=8)
-        ax.margins(y=0.16)
-        ax.set_ylabel(label)
-        ax.grid(False, axis="x")
-    axes[0].set_title("bars: two standard errors", fontsize=7.5, fontweight="normal")
-    return figure

@@ -1,7 +1,8 @@
 """From the compressed breast as voxels to its dose, its X-ray image, and how well a lesion shows in it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ from scipy import ndimage
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
+from mammosim.study.image_chain import ImageChain, Taken
 from mammosim.study.phantom import healthy
 from mammosim.xray.attenuation import Material, material, mixture
 from mammosim.xray.detector import Exposure, Scatter, expose, on_pixels
@@ -31,12 +33,43 @@ SENSOR_MM = 10.0
 
 @dataclass(frozen=True)
 class View:
-    """How an image is taken: geometry, spectrum, scatter on the detector's pixels, wanted detector kerma."""
+    """How an image is taken: geometry and settings, spectrum, wanted detector kerma, names of its effects.
 
-    geometry: Geometry
+    scatter: as it reaches the detector's pixels; None where it is not simulated. effects: see image_chain.
+    """
+
+    taken: Taken
     spectrum: Spectrum
-    scatter: Scatter | None
     detector_kerma_mgy: float
+    effects: tuple[str, ...]
+    scatter: Scatter | None = None
+
+    @property
+    def geometry(self) -> Geometry:
+        """Source and detector."""
+        return self.taken.geometry
+
+    @cached_property
+    def chain(self) -> ImageChain:
+        """The effects."""
+        return ImageChain.named(self.effects, self.taken)
+
+    @cached_property
+    def scatter_seen(self) -> Scatter | None:
+        """What scatter leaves in the detector."""
+        response = self.chain.response
+        return self.scatter if self.scatter is None or response is None else self.scatter.left_in(response)
+
+    def on(self, patch: Geometry) -> "View":
+        """The same on a small part of the detector, over which scatter does not change, with other pixels."""
+        taken, scatter = replace(self.taken, geometry=patch), self.scatter
+        if scatter is not None:
+            d = self.geometry.detector
+            s, t = d.along(patch.detector.middle)
+            row, column = (int(np.clip(x // d.pixel_mm, 0, n - 1)) for x, n in zip((t, s), d.shape))
+            parts = (scatter.signal, scatter.signal_squared)
+            scatter = Scatter(*(np.full(patch.detector.shape, part[row, column]) for part in parts))
+        return replace(self, taken=taken, scatter=scatter)
 
 
 @dataclass(frozen=True)
@@ -123,7 +156,8 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
     lengths = path_lengths(phantom, view.geometry)
     lesion, ring = _lesion_masks(lengths, pixel)
     with_it, without = (
-        primary(p, view.geometry, view.spectrum) for p in (phantom, xray_phantom(healthy(labels)))
+        primary(p, view.geometry, view.spectrum, response=view.chain.response)
+        for p in (phantom, xray_phantom(healthy(labels)))
     )
     breast = lengths[..., 1:].sum(axis=-1) > 0
     mas = automatic_mas(
@@ -132,11 +166,14 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
         target_mgy=view.detector_kerma_mgy,
         sensor_pixels=max(round(SENSOR_MM / pixel), 1),
     )
-    exposure, plain = (expose(p, view.scatter, mas=mas, pixel_mm=pixel, rng=rng) for p in (with_it, without))
+    scatter = view.scatter_seen
+    exposure, plain = (
+        expose(p, scatter, mas=mas, pixel_mm=pixel, rng=rng, effects=view.chain.effects)
+        for p in (with_it, without)
+    )
     row = _row(cnr(exposure.image, lesion, ring), exposure, plain, lesion)
-    scatter = 0.0 if view.scatter is None else (view.scatter.signal / without.signal)[lesion].mean()
     row |= {
-        "scatter_to_primary": float(scatter),
+        "scatter_to_primary": float((scatter.signal / without.signal)[lesion].mean()) if scatter else 0.0,
         "thickness_at_lesion_mm": float(lengths[lesion, 1:].sum(-1).mean()),
     }
     return Mammogram(exposure, lesion, ring, row)

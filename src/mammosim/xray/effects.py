@@ -215,13 +215,23 @@ class ElectronicNoise:
         return replace(shot, image=shot.image + noise, variance=shot.variance + self.kev**2)
 
 
-def detector_effects(detector: str) -> tuple[Effect, ...]:
-    """Quantum noise, blur and, where it is known, electronic noise of a detector of `image_detectors`."""
+def blur_of(detector: str) -> Blur:
+    """The blur of a detector of the table `image_detectors`."""
     row = detector_row(detector)
-    effects: tuple[Effect, ...] = (QuantumNoise(), Blur(row["blur"], row["blur_per_mm"]))
-    if row["electronic_noise_electrons"]:
-        effects += (ElectronicNoise(row["electronic_noise_electrons"] * row["ev_per_electron"] / 1e3),)
-    return effects
+    return Blur(row["blur"], row["blur_per_mm"])
+
+
+def electronic_noise_of(detector: str, pixel_mm: float) -> ElectronicNoise:
+    """The electronic noise of a detector of the table `image_detectors`, on pixels of pixel_mm.
+
+    Raises XrayError when the table has none for it.
+    """
+    # ASSUME: a larger pixel is several of the detector's own, whose electronic noises are independent.
+    row = detector_row(detector)
+    if not row["electronic_noise_electrons"]:
+        raise XrayError(f"the electronic noise of {detector!r} is not known; leave this effect out")
+    kev = row["electronic_noise_electrons"] * row["ev_per_electron"] / 1e3
+    return ElectronicNoise(kev * pixel_mm / row["own_pixel_mm"])
 
 
 def after(effects: Iterable[Effect], shot: Shot) -> Shot:

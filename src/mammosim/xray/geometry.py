@@ -50,6 +50,17 @@ class Detector:
         """Lengths along u and v."""
         return self.shape[1] * self.pixel_mm, self.shape[0] * self.pixel_mm
 
+    @property
+    def middle(self) -> np.ndarray:
+        """Its middle (3,)."""
+        along_u, along_v = self.size_mm
+        return self.corner + along_u / 2 * self.u + along_v / 2 * self.v
+
+    def along(self, point: np.ndarray) -> tuple[float, float]:
+        """How far a point (3,) lies from the corner along u and v, mm."""
+        from_corner = point - self.corner
+        return float(from_corner @ self.u), float(from_corner @ self.v)
+
     def binned(self, cell_mm: float) -> "Detector":
         """A coarser detector on the same area, whose cells are about `cell_mm` and of whole pixels.
 

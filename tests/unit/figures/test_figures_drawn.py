@@ -135,10 +135,6 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "phantom": lambda t: radiograph.phantom_slices(t.labels),
     "mammogram": lambda t: radiograph.mammogram(**shot(), row={"mas": 80.0, "cnr": 3.0, "cnr_se": 0.1}),
     "mammogram right": lambda t: radiograph.mammogram(**shot(), side="right"),
-    "dose": lambda t: radiograph.dose(
-        pd.DataFrame({"volunteer": ["small"], "side": ["left"], "dose_mgy": [1.3], "dose_se_mgy": [0.01],
-                      "scatter_to_primary": [0.5], "mas": [80.0]})
-    ),
     "literature": lambda t: literature.moduli(
         beside(tabulated("published_biomechanics"), fitted_moduli()),
         {"sweep": (0.5, 20.0), "skin": (10.0, 10.0)},

@@ -5,6 +5,7 @@ from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.rng import generator
 from mammosim.core.volume import LabelMap, grid_around
+from mammosim.study.image_chain import Taken
 from mammosim.study.mammogram import (
     View,
     dose_and_scatter,
@@ -41,7 +42,8 @@ def geometry(labels, pixel_mm):
 
 
 def view(labels, kerma, scatter=None):
-    return View(geometry(labels, 1.0), SPECTRUM, scatter, kerma)
+    taken = Taken(geometry(labels, 1.0), 30.0, {})
+    return View(taken, SPECTRUM, kerma, ("quantum_noise",), scatter)
 
 
 def test_every_tissue_that_can_be_in_the_breast_has_a_material():

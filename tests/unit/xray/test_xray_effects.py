@@ -15,7 +15,8 @@ from mammosim.xray.effects import (
     Heel,
     QuantumNoise,
     Structure,
-    detector_effects,
+    blur_of,
+    electronic_noise_of,
     grid_of,
 )
 from mammosim.xray.geometry import Detector, Geometry
@@ -183,7 +184,7 @@ def test_the_layers_of_the_table_have_the_free_paths_of_their_source():
 
 def test_the_blur_of_caesium_iodide_is_that_measured():
     """Whole transfer of pixels of 0.1 mm: 0.73, 0.42, 0.28 at 2, 4, 5/mm; one parameter fits to 0.04."""
-    blur = next(e for e in detector_effects("caesium_iodide") if isinstance(e, Blur))
+    blur = blur_of("caesium_iodide")
     f = np.array([2.0, 4.0, 5.0])
     np.testing.assert_allclose(blur.transfer(f) * np.sinc(0.1 * f), [0.73, 0.42, 0.28], atol=0.04)
 
@@ -213,3 +214,15 @@ def test_scatter_leaves_in_a_detector_what_photons_of_its_mean_energy_leave():
 def test_impossible_effects_are_refused(make, word):
     with pytest.raises(XrayError, match=word):
         make()
+
+
+def test_electronic_noise_of_a_larger_pixel_is_that_of_its_parts():
+    """Four independent pixels have twice the noise of one; 5200 electrons of 50 eV are 260 keV."""
+    one, four = (electronic_noise_of("selenium", size).kev for size in (0.085, 0.17))
+    assert one == pytest.approx(260.0)
+    assert four == pytest.approx(2 * one)
+
+
+def test_electronic_noise_that_is_not_known_is_refused():
+    with pytest.raises(XrayError, match="not known; leave this effect out"):
+        electronic_noise_of("caesium_iodide", 0.1)

@@ -1,14 +1,14 @@
-"""Glandular dose, scatter and exposure of every compressed breast."""
+"""Dose, exposure, scatter and contrast of every strategy against compressed thickness."""
 
 import _log
 
-from mammosim.figures.radiograph import dose
+from mammosim.figures.trade_off import trade_off
 from mammosim.io.figures import write_figure
 from mammosim.io.tables import read_table
 
 
 def main(table: str, out: str) -> None:
-    write_figure(dose(read_table(table)), out)
+    write_figure(trade_off(read_table(table)), out)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,32 @@
+"""What a thicker breast costs in the image: exposure, dose, scatter and contrast of every strategy."""
+
+import pandas as pd
+
+from mammosim.core.errors import ConfigurationError
+
+KEY = ["volunteer", "side", "strategy", "moduli"]
+PRESSED = ["thickness_mm", "force_n", "mean_pressure_kpa", "logarithmic_p95"]
+SEEN = ["mas", "dose_mgy", "dose_se_mgy", "scatter_to_primary", "cnr", "cnr_se", "cnr_quantum",
+        "calcification_cnr", "calcification_d", "calcification_d_low", "calcification_d_high"]  # fmt: skip
+STANDARD = "standard"
+
+
+def trade_off(compression: pd.DataFrame, image: pd.DataFrame) -> pd.DataFrame:
+    """Rows of compression.csv and image.csv side by side: KEY, PRESSED, SEEN, one per image.
+
+    dose_change_percent and thickness_change_mm: against the standard strategy of the same breast and moduli.
+    Raises ConfigurationError for an image of a strategy that has no row in the first table.
+    """
+    rows = image[[*KEY, *SEEN]].merge(compression[[*KEY, *PRESSED]], on=KEY, how="left", indicator=True)
+    alone = rows[rows._merge != "both"]
+    if len(alone):
+        names = "; ".join(" ".join(row) for row in alone[KEY].values)
+        raise ConfigurationError(f"images of strategies that were not compressed: {names}; press them first")
+    rows = rows.drop(columns="_merge")
+    standard = rows[rows.strategy == STANDARD].drop(columns="strategy")
+    beside = rows.merge(
+        standard, on=[name for name in KEY if name != "strategy"], suffixes=("", "_0"), how="left"
+    )
+    rows["dose_change_percent"] = 100 * (beside.dose_mgy / beside.dose_mgy_0 - 1)
+    rows["thickness_change_mm"] = beside.thickness_mm - beside.thickness_mm_0
+    return rows[[*KEY, *PRESSED, *SEEN, "dose_change_percent", "thickness_change_mm"]]
