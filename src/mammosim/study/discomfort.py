@@ -13,9 +13,10 @@ from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MM3_PER_CM3
-from mammosim.mechanics.effects import ContactState, Effect, MixedNeoHookean, NeoHookean
+from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidContact
 from mammosim.mechanics.reference import face_quadrature
 from mammosim.mechanics.strain import cell_strain
+from mammosim.study.touch import face_pressures
 
 MM2_PER_CM2 = 100.0
 # What is measured in every cell, and what on every face of the skin.
@@ -51,13 +52,13 @@ def _bulk(effects: Iterable[Effect]) -> NeoHookean | MixedNeoHookean:
     raise MechanicsError("no bulk tissue among the effects; give those of mechanics.body.Body.effects")
 
 
-def skin_measures(mesh: TetMesh, contacts: Mapping[str, ContactState], x: np.ndarray) -> pd.DataFrame:
+def skin_measures(mesh: TetMesh, plates: Mapping[str, RigidContact], x: np.ndarray) -> pd.DataFrame:
     """A row per face of the skin, in the loaded shape x (n_node, 3).
 
-    area_mm2: loaded; {name}_kpa: the mean pressure of each contact; pressure_kpa: the larger one.
+    area_mm2: loaded; {name}_kpa: the mean pressure of each plate on the face; pressure_kpa: the larger one.
     """
     areas = face_quadrature(x, mesh.boundaries["skin"]).areas.sum(axis=1)
-    each = {f"{name}_kpa": contact.face_pressure for name, contact in contacts.items()}
+    each = {f"{name}_kpa": face_pressures(plate, x) for name, plate in plates.items()}
     return pd.DataFrame({"area_mm2": areas} | each | {"pressure_kpa": np.max(list(each.values()), axis=0)})
 
 

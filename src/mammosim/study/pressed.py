@@ -48,7 +48,7 @@ def pressed(scene: Scene, found: Compression, thresholds: Mapping[str, list[floa
     """The tables of a compression; thresholds: see study.discomfort.amounts_above."""
     mesh, x = scene.mesh, found.points
     cells = tissue_measures(mesh, scene.effects, x)
-    faces = skin_measures(mesh, dict(zip(("paddle", "support"), found.contacts)), x)
+    faces = skin_measures(mesh, dict(zip(("paddle", "support"), found.plates)), x)
     return Pressed(
         points=x,
         path=found.path,

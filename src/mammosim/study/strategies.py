@@ -16,6 +16,7 @@ from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
 from mammosim.study.press import craniocaudal_plates
+from mammosim.study.touch import path_of
 
 STANDARD = "standard"
 # A force, and a mean pressure, are met within these parts of them.
@@ -70,12 +71,15 @@ class Scene:
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
 
-        A rigid paddle goes the way of the standard strategy, as far as that is known.
+        A rigid paddle goes the way of the standard strategy, as far as that is known. The path has the area
+        and pressures of study.touch.
         """
         body = (self.mesh, self.effects)
         if paddle == Rigid() and self.standard:
-            return continued(*body, plates=self.plates, control=control, begun=self.standard.begun())
-        return compress(*body, plates=replace(self.plates, paddle=paddle), control=control)
+            found = continued(*body, plates=self.plates, control=control, begun=self.standard.begun())
+        else:
+            found = compress(*body, plates=replace(self.plates, paddle=paddle), control=control)
+        return replace(found, path=path_of(found))
 
     def standard_path(self) -> pd.DataFrame:
         """Of the standard strategy. Raises MechanicsError where that is not known."""

@@ -1,6 +1,6 @@
 """Strain, energy and pressure of known deformations, and how much lies above a mark."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -10,8 +10,10 @@ from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.rigid import rotation
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.effects import bulk_tissue
+from mammosim.mechanics.effects import RigidContact, RoundedBox, bulk_tissue
+from mammosim.mechanics.reference import face_quadrature
 from mammosim.study.discomfort import amounts_above, skin_measures, tissue_measures
+from mammosim.study.touch import touching_area
 
 SOFT = {Label.ADIPOSE: Tissue(2.0, 0.45, 1.0), Label.GLANDULAR: Tissue(2.0, 0.45, 1.0)}
 NO_FACES = pd.DataFrame({"area_mm2": [], "pressure_kpa": []})
@@ -67,15 +69,32 @@ def test_everything_lies_above_nothing_and_less_above_more(cube):
     np.testing.assert_allclose(of["adipose"] + of["glandular"], of["all"])
 
 
-def test_the_larger_pressure_of_both_plates_counts_on_the_loaded_area(cube):
-    n = len(cube.boundaries["skin"])
-    paddle, support = np.zeros((n, 6)), np.zeros((n, 6))
-    paddle[0], support[:2] = 3.0, 2.0
-    contacts = {"paddle": SimpleNamespace(pressure=paddle), "support": SimpleNamespace(pressure=support)}
-    faces = skin_measures(cube, contacts, 2 * cube.points)
-    table = amounts_above(pd.DataFrame(), faces, {"pressure_kpa": [2.5, 1.0, 0.0]})
-    # Faces of the cube are halves of squares of 10 mm; at twice the size they have 2 cm2.
-    assert list(table.amount) == pytest.approx([2.0, 4.0, 2.0 * n])
+def plate(mesh, axis, side):
+    """A plate 0.1 mm deep in one side of a cube of 30 mm, at 1 kPa/mm."""
+    centre = np.full(3, 15.0)
+    centre[axis] += side * (15.0 + 10.0 - 0.1)
+    faces = mesh.boundaries["skin"]
+    box = RoundedBox(centre, np.eye(3), np.where(np.arange(3) == axis, 10.0, 40.0), 5.0)
+    return RigidContact(faces, face_quadrature(mesh.points, faces).areas, box, penalty=1.0)
+
+
+def test_the_pressures_of_the_faces_add_up_to_the_force_and_the_area_is_that_of_the_side(cube):
+    top = plate(cube, 2, 1)
+    faces = skin_measures(cube, {"paddle": top}, cube.points)
+    # 0.1 mm deep at 1 kPa/mm is 0.1 kPa, on 30 mm by 30 mm.
+    assert (faces.paddle_kpa * faces.area_mm2).sum() == pytest.approx(90.0)
+    assert faces.paddle_kpa.max() == pytest.approx(0.1)
+    assert touching_area(top, cube.points) == pytest.approx(900.0)
+    assert touching_area(top, cube.points - [0.0, 0.0, 0.15]) == pytest.approx(900.0)  # 0.05 mm off
+    assert touching_area(top, cube.points - [0.0, 0.0, 0.25]) == 0.0
+
+
+def test_the_larger_pressure_of_both_plates_counts(cube):
+    weak, strong = plate(cube, 2, 1), replace(plate(cube, 2, -1), penalty=2.0)
+    faces = skin_measures(cube, {"paddle": weak, "support": strong}, cube.points)
+    table = amounts_above(pd.DataFrame(), faces, {"pressure_kpa": [0.15, 0.05, 0.0]})
+    whole = 5 * 9.0  # cm2 of skin; the sixth side is held
+    assert list(table.amount) == pytest.approx([9.0, 18.0, whole])
     assert set(table.unit) == {"cm2"}
 
 
