@@ -415,3 +415,23 @@ rule figure_trade_off:
         mem_mb=1000,
     script:
         "../scripts/figure_trade_off.py"
+
+
+rule figure_tomosynthesis:
+    """Slices of one breast pressed by the standard strategy."""
+    input:
+        phantom=f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz",
+        filtered_backprojection=f"results/xray/{{v}}/{{side}}/{XRAYED}_fbp.nii.gz",
+        sart=f"results/xray/{{v}}/{{side}}/{XRAYED}_sart.nii.gz",
+        profiles=f"results/xray/{{v}}/{{side}}/{XRAYED}_depth.csv",
+        library=library("figure_tomosynthesis.py"),
+    output:
+        "results/study/figures/tomosynthesis_{v}_{side}.png",
+    log:
+        "results/logs/figure_tomosynthesis/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/figure_tomosynthesis/{v}_{side}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_tomosynthesis.py"

@@ -22,6 +22,7 @@ PICTURES = [
     "amounts",
     *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),
     *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
+    *over("tomosynthesis_{v}_{side}", side=COMPRESSION["sides"]),
     "trade_off",
     "moduli",
     "gravity_and_compression",

@@ -110,3 +110,34 @@ rule mammogram:
         mem_mb=3000,
     script:
         "../scripts/mammogram.py"
+
+
+rule tomosynthesis:
+    """Views over the arc of a system with noise and scatter, and slices of them by two reconstructions."""
+    input:
+        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
+        spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
+        image="results/xray/{v}/{side}/{strategy}_{moduli}_image.csv",
+        library=library("tomosynthesis.py"),
+    output:
+        filtered_backprojection="results/xray/{v}/{side}/{strategy}_{moduli}_fbp.nii.gz",
+        sart="results/xray/{v}/{side}/{strategy}_{moduli}_sart.nii.gz",
+        profiles="results/xray/{v}/{side}/{strategy}_{moduli}_depth.csv",
+        rows="results/xray/{v}/{side}/{strategy}_{moduli}_slices.csv",
+    params:
+        scan=XRAY["tomosynthesis"],
+        scatter_pixel_mm=XRAY["scatter_pixel_mm"],
+        dose_error_percent=XRAY["dose_error_percent"],
+        effects=XRAY["effects"],
+        chain={key: XRAY[key] for key in CHAIN},
+        seed=config["seed"],
+    log:
+        "results/logs/tomosynthesis/{v}_{side}_{strategy}_{moduli}.log",
+    benchmark:
+        "results/benchmarks/tomosynthesis/{v}_{side}_{strategy}_{moduli}.tsv"
+    resources:
+        mem_mb=3000,
+    script:
+        "../scripts/tomosynthesis.py"

@@ -14,7 +14,7 @@ from mammosim.study.mammogram import View, mammogram, scatter_from
 from mammosim.study.view import craniocaudal, spectrum_from
 
 
-def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
+def main(files: dict, settings: dict, job: dict, seed: int) -> None:
     labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
     geometry = craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"])
     middle = settings["geometry"]["support_to_detector_mm"] + plates["thickness_mm"] / 2
@@ -23,7 +23,7 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
         spectrum_from(read_table(files["spectrum"]), read_json(files["facts"])),
         settings["detector_kerma_ugy"] / 1e3,
         tuple(settings["effects"]),
-        scatter_from(read_table(files["scatter"]), geometry) if files["scatter"] else None,
+        scatter_from(read_table(*files["scatter"]), geometry) if files["scatter"] else None,
     )
     shot = mammogram(labels, view, rng=generator(seed, *job.values(), "quantum noise"))
     search = Search.drawn(**settings["calcifications"], rng=generator(seed, "calcifications"))

@@ -38,7 +38,8 @@ def trade_off(table: pd.DataFrame) -> Figure:
             _draw(ax, rows.sort_values("thickness_mm"), column, errors, SERIES[number], strategies)
         ax.set_ylabel(label)
         ax.set_ylim(bottom=0)
-    figure.supxlabel("compressed thickness (mm)", fontsize=9)
+    for ax in axes[-1]:
+        ax.set_xlabel("compressed thickness (mm)")
     for number, (breast, _) in enumerate(table.groupby(["volunteer", "side"])):
         axes[0, 0].plot([], [], color=SERIES[number], label=" ".join(breast))
     for strategy, marker in zip(strategies, MARKERS):
