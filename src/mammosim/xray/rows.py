@@ -121,7 +121,7 @@ def add_shares(lines: Lines, source: np.ndarray, y: float, z: float, q: tuple, s
         tz = (z_low + (k + (dz > 0)) * hz) / dz if dz != 0.0 else 2.0
         t_next = min(ty, tz, t_out)
         if t_next > t:
-            _add_line(lines, j + k * ny, t, t_next, source[0], q, steps)
+            _add_line(lines, j + k * ny, (t, t_next), source[0], q, steps)
             t = t_next
         if ty <= tz:
             j += step_j
@@ -138,9 +138,9 @@ def _within(low: float, high: float, d: float, t_in: float, t_out: float) -> tup
 
 
 @njit(cache=True)
-def _add_line(lines: Lines, line: int, ta: float, tb: float, xs: float, q: tuple, steps: np.ndarray) -> None:
-    """Adds the shares that the rays spend in one line of voxels between ta and tb."""
-    q0, dq = q
+def _add_line(lines: Lines, line: int, part: tuple, xs: float, q: tuple, steps: np.ndarray) -> None:
+    """Adds the shares that the rays spend in one line of voxels in the part ta to tb of their way."""
+    (ta, tb), (q0, dq) = part, q
     n = steps.shape[1] - 1
     per_ta, per_tb = 1 / max(ta, NO_T), 1 / tb
     before = 0

@@ -118,7 +118,7 @@ def test_a_bead_appears_in_its_slice_and_place(name, method):
 
 
 def test_a_wider_arc_sees_depth_better():
-    """The backprojections of a ball of diameter d part at a depth of about d/arc."""
+    """The backprojections of a ball of diameter d part at depths of about d/arc to both sides."""
     widths = []
     for arc in (12.0, 24.0, 48.0):
         geometries = views_of("ge", arc)
