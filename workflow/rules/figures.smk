@@ -435,3 +435,21 @@ rule figure_tomosynthesis:
         mem_mb=1000,
     script:
         "../scripts/figure_tomosynthesis.py"
+
+
+rule figure_spectra:
+    """Spectra of mammographic beams, and their half-value layers."""
+    input:
+        spectra="results/xray/beams.csv",
+        quality="results/study/beams.csv",
+        library=library("figure_spectra.py"),
+    output:
+        "results/study/figures/spectra.png",
+    log:
+        "results/logs/figure_spectra/all.log",
+    benchmark:
+        "results/benchmarks/figure_spectra/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_spectra.py"

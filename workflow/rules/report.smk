@@ -23,6 +23,7 @@ PICTURES = [
     *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),
     *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
     *over("tomosynthesis_{v}_{side}", side=COMPRESSION["sides"]),
+    "spectra",
     "trade_off",
     "moduli",
     "gravity_and_compression",
@@ -35,7 +36,7 @@ rule report:
         text=str(HOME / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
         tables=expand(
-            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), "trade_off"]
+            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), "trade_off", "beams"]
         ),
         quality="results/checked/all.csv",
         numbers="results/study/numbers.json",

@@ -6,7 +6,8 @@ GEOMETRY = {
 }
 
 SCATTERED = "scatter" in XRAY["effects"]
-CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", "anode", "filter", "filter_um", "peak_kv")
+TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")
+CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", *TUBE)
 
 
 rule phantom:
@@ -45,7 +46,7 @@ rule spectrum:
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
     params:
-        tube={key: XRAY[key] for key in ("anode", "filter", "filter_um", "peak_kv", "energies", "paddle")},
+        tube={key: XRAY[key] for key in (*TUBE, "energies")},
     log:
         "results/logs/spectrum.log",
     benchmark:
@@ -54,6 +55,25 @@ rule spectrum:
         mem_mb=1000,
     script:
         "../scripts/spectrum.py"
+
+
+rule beams:
+    """The study's beam beside every usual target and filter: half-value layers, air kerma, spectra."""
+    input:
+        library=library("beams.py"),
+    output:
+        quality="results/study/beams.csv",
+        spectra="results/xray/beams.csv",
+    params:
+        tube={key: XRAY[key] for key in TUBE},
+    log:
+        "results/logs/beams.log",
+    benchmark:
+        "results/benchmarks/beams/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/beams.py"
 
 
 rule dose_and_scatter:

@@ -1,0 +1,43 @@
+"""Figures of the X-ray chain show every beam, and every slice, that they are given."""
+
+import numpy as np
+import pandas as pd
+
+from mammosim.core.volume import Image, grid_around
+from mammosim.figures.spectra import spectra
+from mammosim.figures.tomosynthesis import tomosynthesis
+
+
+def test_every_beam_has_its_line_and_its_half_value_layer():
+    names = ["W/Rh", "Mo/Mo", "W/Al"]
+    table = pd.DataFrame(
+        [{"beam": n, "energy_kev": E, "photons_per_mm2_mas": E} for n in names for E in (10.0, 20.0, 28.0)]
+    )
+    quality = pd.DataFrame(
+        {"beam": names, "hvl_mm_al": [0.5, 0.3, 0.4], "hvl_behind_mm_al": [0.55, 0.35, 0.45]}
+    )
+    left, right = spectra(table, quality).axes
+    assert sorted(line.get_label() for line in left.lines) == sorted(names)
+    assert all(np.isclose(np.sum(line.get_ydata()), 1.0) for line in left.lines)
+    assert [bar.get_width() for bar in right.patches] == [0.55, 0.35, 0.45]
+
+
+def test_slices_are_hung_with_the_chest_wall_at_the_left_and_the_lesion_in_its_circle():
+    grid = grid_around(np.zeros(3), np.array([40.0, 30.0, 20.0]), 2.0)
+    values = np.ones(grid.shape, np.float32)
+    lesion = grid.points(np.array([[5.0, 3.0, 7.0]]))[
+        0
+    ]  # k, j, i: y lies forward of the chest wall, at 29 mm
+    values[5, 3, 7] = 9.0
+    profiles = pd.DataFrame(
+        {"height_mm": [-2.0, 0.0, 2.0] * 2, "difference_per_mm": [0.5, 1.0, 0.4] * 2,
+         "method": ["filtered_backprojection"] * 3 + ["sart"] * 3}
+    )  # fmt: skip
+    slices = dict.fromkeys(("filtered_backprojection", "sart"), Image(grid, values))
+    first, _, _, depth = tomosynthesis(slices, profiles, lesion, side="left").axes
+    shown, (circle,) = first.images[0].get_array(), first.patches
+    row, column = np.unravel_index(np.argmax(shown), shown.shape)
+    np.testing.assert_allclose(circle.center, ((column + 0.5) * 2.0, (row + 0.5) * 2.0))
+    # 15 voxels from front to back: the third is eleven from the chest wall
+    assert column == 11
+    assert [line.get_ydata()[1] for line in depth.lines[:2]] == [1.0, 1.0]
