@@ -10,8 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from mammosim.core.errors import XrayError
+from mammosim.xray.answer import Answer, MaterialsAnswer, RegionsAnswer, ScatterAnswer
 from mammosim.xray.blocks import Goal, Limits, relative, run_blocks
-from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import AIR
 from mammosim.xray.projector import path_lengths
 from mammosim.xray.regional import kept_fraction, primary_given, scattered_block
@@ -28,61 +29,15 @@ NEAR_MM = 35.0  # from a region's shadow, a few free paths: where most photons s
 RAYS, REPLICATES = 16, 8  # per axis of a region's shadow, and repetitions for the standard error
 
 
-@dataclass(frozen=True)
-class Answer:
-    """Means per photon that leaves the source towards the detector, with standard errors, and what they took.
-
-    photons_per_mas: how many such photons there are per mAs.
-    """
-
-    estimate: Estimate
-    histories: int
-    photons_per_mas: float
-
-
-@dataclass(frozen=True)
-class ScatterAnswer:
-    """Scatter that reaches each cell of `detector`: (nv, nu) keV, and keV2 for its noise, per photon.
-
-    asked: (nv, nu) bool, the cells whose uncertainty was asked.
-    """
-
-    scatter: Estimate
-    scatter_squared: Estimate
-    detector: Detector
-    asked: np.ndarray
-    histories: int
-    photons_per_mas: float
-
-    def per_mas(self, cells: Estimate) -> Estimate:
-        """A tally (nv, nu) as keV (or keV2) per mm2 and mAs."""
-        scale = self.photons_per_mas / self.detector.pixel_mm**2
-        return Estimate(cells.value * scale, cells.error * scale)
-
-    def to_primary(self, primary: np.ndarray) -> Estimate:
-        """Scatter-to-primary ratio (nv, nu) of the cells; primary: per mAs, on the detector's own pixels.
-
-        Raises XrayError when the pixels do not divide the cells.
-        """
-        (rows, columns), shape = primary.shape, self.detector.shape
-        if rows % shape[0] or columns % shape[1]:
-            raise XrayError(f"primary {primary.shape} cannot be gathered in {shape} cells; use one detector")
-        cells = primary.reshape(shape[0], rows // shape[0], shape[1], columns // shape[1]).mean(axis=(1, 3))
-        scatter = self.per_mas(self.scatter)
-        return Estimate(scatter.value / cells, scatter.error / cells)
-
-
 class Asked(Protocol):
     """A quantity, and how well it is wanted."""
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> Answer | ScatterAnswer:
+    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> Answer:
         """The quantity. Raises XrayError when the limits do not suffice, and says what would."""
         ...
 
 
-def answers(
-    scene: Scene, asked: Sequence[Asked], *, seed: int, limits: Limits | None = None
-) -> list[Answer | ScatterAnswer]:
+def answers(scene: Scene, asked: Sequence[Asked], *, seed: int, limits: Limits | None = None) -> list[Answer]:
     """One answer to each thing asked, each within the limits."""
     return [quantity.answer(scene, seed=seed, limits=limits or Limits()) for quantity in asked]
 
@@ -106,7 +61,7 @@ class EnergyIn:
     def __post_init__(self) -> None:
         require_error(self.relative_error)
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> Answer:
+    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> MaterialsAnswer:
         """Answers as the class says."""
         require_material(scene, self.index)
         whole = scene.geometry.detector
@@ -122,7 +77,7 @@ class EnergyIn:
 
         goal = Goal(f"the energy in material {self.index}", error, self.relative_error)
         run = run_blocks(kernel, shapes, goal, block=BLOCK, limits=limits)
-        return Answer(run.estimates[0], run.histories, scene.photons_per_mas)
+        return MaterialsAnswer(run.estimates[0], run.histories, scene.photons_per_mas)
 
 
 @dataclass(frozen=True)
@@ -143,7 +98,7 @@ class EnergyInRegions:
         if not np.all(self.corners[:, 0] < self.corners[:, 1]):
             raise XrayError("the lower corner of each region must be below its higher one along x, y and z")
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> Answer:
+    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> RegionsAnswer:
         """Answers as the class says."""
         boxes = np.ascontiguousarray(self.corners.reshape(-1, 6), dtype=float)
         primary = _primary_in(scene, boxes, seed)
@@ -164,7 +119,7 @@ class EnergyInRegions:
         shapes = ((len(scene.phantom.materials),), (len(boxes),))
         goal = Goal("the energy in the regions", error, self.relative_error)
         run = run_blocks(kernel, shapes, goal, block=BLOCK, limits=limits)
-        return Answer(total(run.estimates), run.histories, scene.photons_per_mas)
+        return RegionsAnswer(total(run.estimates), run.histories, scene.photons_per_mas)
 
 
 @dataclass(frozen=True)

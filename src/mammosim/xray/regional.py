@@ -15,16 +15,13 @@ from mammosim.xray.flight import MET, Body, crossing, flown, inverse
 from mammosim.xray.interactions import (
     ELECTRON_REST_KEV,
     HC_KEV_ANGSTROM,
-    LOWEST_KEV,
     Matter,
     between,
-    coherent,
-    incoherent,
     place,
     turned,
 )
 from mammosim.xray.stream import compiled, stream, uniform
-from mammosim.xray.tracking import deposit
+from mammosim.xray.tracking import collided, deposit
 from mammosim.xray.walk import MATERIAL, TAU, T, walked
 
 N_ANGLES = 2000
@@ -112,23 +109,14 @@ def track_scattered(
         if end != MET:
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        absorbed = between(matter.mu, row, share, material, 1)
-        if v < absorbed:
-            if not primary:
-                deposit(regions, material, w * E, x, y, z, by_material, by_region)
-            return
-        if v < absorbed + between(matter.mu, row, share, material, 2):
-            E_new, cos = incoherent(E, material, matter.S, matter.x_step, state)
-            if E_new <= LOWEST_KEV:
-                E_new = 0.0
+        E_new, cos = collided(matter, E, row, share, material, v, state)
+        if E_new < E:
             if not primary:
                 deposit(regions, material, w * (E - E_new), x, y, z, by_material, by_region)
             if E_new == 0:
                 return
             E = E_new
             row, share = place(E)
-        else:
-            cos = coherent(E, material, matter.area, matter.x_step, state)
         primary = False
         dx, dy, dz = turned(dx, dy, dz, cos, state)
         t_seen, _, _ = to_detector(field, x, y, z, dx, dy, dz)

@@ -24,6 +24,20 @@ def deposit(
 
 
 @compiled
+def collided(
+    matter: Matter, E: float, row: int, share: float, material: int, v: float, state: np.ndarray
+) -> tuple[float, float]:
+    """Energy left [keV], 0 when absorbed, and cos(theta), of a collision chosen by v in [0, mu)."""
+    absorbed = between(matter.mu, row, share, material, 1)
+    if v < absorbed:
+        return 0.0, 1.0
+    if v < absorbed + between(matter.mu, row, share, material, 2):
+        E_new, cos = incoherent(E, material, matter.S, matter.x_step, state)
+        return (E_new, cos) if E_new > LOWEST_KEV else (0.0, 1.0)
+    return E, coherent(E, material, matter.area, matter.x_step, state)
+
+
+@compiled
 def track(
     body: Body, matter: Matter, field: Field, regions: np.ndarray, state: np.ndarray, by_material: np.ndarray,
     by_region: np.ndarray, cells: np.ndarray, balance: np.ndarray,
@@ -52,22 +66,14 @@ def track(
                 cells[0, i, j] += E
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        absorbed = between(matter.mu, row, share, material, 1)
-        if v < absorbed:
-            deposit(regions, material, E, x, y, z, by_material, by_region)
-            return
-        scattered = True
-        if v < absorbed + between(matter.mu, row, share, material, 2):
-            E_new, cos = incoherent(E, material, matter.S, matter.x_step, state)
-            if E_new <= LOWEST_KEV:
-                E_new = 0.0
+        E_new, cos = collided(matter, E, row, share, material, v, state)
+        if E_new < E:
             deposit(regions, material, E - E_new, x, y, z, by_material, by_region)
             if E_new == 0:
                 return
             E = E_new
             row, share = place(E)
-        else:
-            cos = coherent(E, material, matter.area, matter.x_step, state)
+        scattered = True
         dx, dy, dz = turned(dx, dy, dz, cos, state)
         t_seen, s, r = to_detector(field, x, y, z, dx, dy, dz)
 

@@ -7,6 +7,7 @@ import pytest
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import grid_around
 from mammosim.xray.asked import EnergyIn, EnergyInRegions, ScatterImage, answers
+from mammosim.xray.asked_map import EnergyMap
 from mammosim.xray.attenuation import material
 from mammosim.xray.blocks import Limits
 from mammosim.xray.geometry import Detector, Geometry
@@ -63,15 +64,31 @@ def test_forced_scatter_has_the_mean_of_plain_transport(scene, plain):
 
 def test_regions_by_rays_and_scattered_photons_have_the_mean_of_plain_transport(scene, plain):
     (answer,) = answers(scene, [EnergyInRegions(CORNERS, 0.01)], seed=3)
-    assert np.all(np.abs(deviations(answer.estimate, plain.regions)) < 4)
-    assert np.all(answer.estimate.error <= 0.01 * answer.estimate.value)
+    assert np.all(np.abs(deviations(answer.regions, plain.regions)) < 4)
+    assert np.all(answer.regions.error <= 0.01 * answer.regions.value)
     assert answer.histories < plain.histories
 
 
 def test_dose_without_image_is_that_of_the_whole_transport(scene, plain):
     (answer,) = answers(scene, [EnergyIn(GLAND, 0.005)], seed=4)
-    assert np.all(np.abs(deviations(answer.estimate, plain.materials)[1:]) < 4)
+    assert np.all(np.abs(deviations(answer.materials, plain.materials)[1:]) < 4)
     assert answer.photons_per_mas == plain.photons_per_mas
+
+
+def test_a_map_holds_the_energy_of_the_body_and_its_regions(scene, plain):
+    """Cells of 8 mm tile the voxels of 4 mm; their sum is what the materials of the body hold."""
+    (answer,) = answers(scene, [EnergyMap(8.0, 0.01)], seed=7)
+    whole, body = answer.energy.value.sum(), plain.materials.value[1:].sum()
+    spread = np.hypot(np.linalg.norm(answer.energy.error), np.linalg.norm(plain.materials.error[1:]))
+    in_air = plain.materials.value[0]  # beside the body, cells hold air
+    assert body - 4 * spread < whole < body + in_air + 4 * spread
+    assert np.linalg.norm(answer.energy.error) <= 0.01 * np.linalg.norm(answer.energy.value)
+    dose = answer.dose_per_mas(scene.phantom)
+    kg = 8.0**3 * material("adipose").density_g_cm3 * 1e-6
+    cell = answer.energy.value[0, 3, 3] * answer.photons_per_mas * 1.602176634e-16 / kg * 1e3
+    assert dose.value[0, 3, 3] == pytest.approx(cell, rel=1e-12)
+    with pytest.raises(XrayError, match="less than a voxel"):
+        answers(scene, [EnergyMap(2.0, 0.01)], seed=1)
 
 
 def test_scatter_to_primary_is_scatter_over_the_projected_primary(scene):
@@ -99,7 +116,7 @@ def test_answers_do_not_depend_on_the_number_of_threads(scene):
         numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
         runs.append(answers(scene, asked, seed=6))
     np.testing.assert_array_equal(runs[0][0].scatter.value, runs[1][0].scatter.value)
-    np.testing.assert_array_equal(runs[0][1].estimate.value, runs[1][1].estimate.value)
+    np.testing.assert_array_equal(runs[0][1].regions.value, runs[1][1].regions.value)
 
 
 def test_nothing_asked_runs_nothing(scene):
