@@ -52,9 +52,7 @@ class EnergyMap:
         """The grid of the cells, which starts at the phantom's lower corner."""
         spacing, shape = phantom.grid.spacing, np.array(phantom.grid.shape)
         if not self.cell_mm >= spacing.min():
-            raise XrayError(
-                f"cell_mm = {self.cell_mm:g} is less than a voxel of {spacing} mm; enlarge it"
-            )
+            raise XrayError(f"cell_mm = {self.cell_mm:g} is less than a voxel of {spacing} mm; enlarge it")
         size = np.maximum(np.round(self.cell_mm / spacing), 1).astype(int)  # voxels along x, y, z
         cell = size * spacing
         nz, ny, nx = map(int, -(-shape // size[::-1]))

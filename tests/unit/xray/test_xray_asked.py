@@ -119,6 +119,22 @@ def test_answers_do_not_depend_on_the_number_of_threads(scene):
     np.testing.assert_array_equal(runs[0][1].regions.value, runs[1][1].regions.value)
 
 
+def test_turning_the_scene_by_a_right_angle_turns_its_dose(scene):
+    """A tilted source: phantom, source and detector are turned about z together, by x -> y -> -x."""
+    tilted = Geometry(np.array([150.0, 0.0, 580.0]), GEOMETRY.detector)
+    turned = Geometry(
+        np.array([0.0, 150.0, 580.0]), Detector(np.array([49.5, -49.5, 0.0]), Y, -X, (100, 100), 1.0)
+    )
+    index = np.ascontiguousarray(scene.phantom.index.transpose(0, 2, 1)[:, :, ::-1])
+    other = Phantom(scene.phantom.grid, index, scene.phantom.materials)
+    asked = [EnergyIn(GLAND, 0.005)]
+    runs = [
+        answers(Scene(phantom, geometry, BEAM), asked, seed=seed)[0].materials
+        for phantom, geometry, seed in ((scene.phantom, tilted, 8), (other, turned, 9))
+    ]
+    assert np.all(np.abs(deviations(*runs)) < 4)
+
+
 def test_nothing_asked_runs_nothing(scene):
     assert answers(scene, [], seed=1, limits=Limits(1)) == []
 
