@@ -4,29 +4,49 @@ import numpy as np
 
 from mammosim.core.errors import XrayError
 from mammosim.xray.cover import cover
+from mammosim.xray.emission import Field, Triple
+from mammosim.xray.flight import MIXED, Body
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.interactions import Matter
 from mammosim.xray.phantom import AIR, Phantom
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.tracking import Body, Field
+
+BLOCK_MM = 10.0
 
 
-def body_of(phantom: Phantom, tables: Matter, regions: np.ndarray) -> Body:
-    """The phantom as the kernel reads it: a few boxes around its tissue, each with its largest mu."""
-    voxels = cover(phantom.index != AIR)  # (n_box, 3, 2) along (z, y, x)
-    corners = phantom.low + voxels.transpose(0, 2, 1)[:, :, ::-1] * phantom.grid.spacing
-    majorants = []
-    for box in voxels:
-        here = np.unique(phantom.index[tuple(slice(*span) for span in box)])
-        majorants.append(tables.total[:, here].max(axis=1))
+def body_of(phantom: Phantom, tables: Matter) -> Body:
+    """The phantom as the kernel reads it: blocks of voxels by kind, and a few boxes around its tissue."""
+    size = np.maximum(np.round(BLOCK_MM / phantom.grid.spacing[::-1]), 1).astype(int)  # voxels along z, y, x
+    voxels = _gathered(phantom.index, size)
+    held = np.stack([np.any(voxels == m, axis=(3, 4, 5)) for m in range(len(phantom.materials))], axis=-1)
+    kinds, kind = np.unique(held.reshape(-1, held.shape[-1]), axis=0, return_inverse=True)
+    blocks = kind.reshape(held.shape[:3])
+    single = np.where(kinds.sum(axis=1) == 1, kinds.argmax(axis=1), MIXED)
+    mixed = (single == MIXED)[blocks]
+    different, which = np.unique(voxels[mixed].reshape(-1, size.prod()), axis=0, return_inverse=True)
+    tiles = np.zeros(mixed.shape, np.int32)
+    tiles[mixed] = which.ravel()
+    boxes = cover((single != AIR)[blocks])  # (n_box, 3, 2) blocks along (z, y, x)
+    block_mm = (size * phantom.grid.spacing[::-1])[::-1]
+    corners = phantom.low + boxes.transpose(0, 2, 1)[:, :, ::-1] * block_mm
     return Body(
-        np.ascontiguousarray(phantom.index),
-        phantom.low,
-        1 / phantom.grid.spacing,
+        _triple(phantom.low),
+        _triple(block_mm),
+        _triple(1 / phantom.grid.spacing),
+        blocks.astype(np.uint16),
+        np.stack([tables.mu[:, kind, 0].max(axis=1) for kind in kinds], axis=1),
+        single,
+        tiles,
+        different.reshape(-1, *size),
         np.ascontiguousarray(corners.reshape(-1, 6)),
-        np.stack(majorants, axis=1),
-        np.ascontiguousarray(regions.reshape(-1, 6)),
     )
+
+
+def _gathered(index: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Voxels in blocks of `size`: (bz, by, bx, sz, sy, sx), with air beyond the grid."""
+    padded = np.pad(index, [(0, -n % k) for n, k in zip(index.shape, size)], constant_values=AIR)
+    n = np.array(padded.shape) // size
+    return padded.reshape(n[0], size[0], n[1], size[1], n[2], size[2]).transpose(0, 2, 4, 1, 3, 5)
 
 
 def field_of(source: np.ndarray, detector: Detector, spectrum: Spectrum) -> Field:
@@ -36,18 +56,23 @@ def field_of(source: np.ndarray, detector: Detector, spectrum: Spectrum) -> Fiel
     foot = np.array([np.clip(c @ detector.u, 0, a), np.clip(c @ detector.v, 0, b)])
     nearest = float(np.linalg.norm(c - foot[0] * detector.u - foot[1] * detector.v))
     return Field(
-        np.asarray(source, float),
-        detector.corner,
-        np.asarray(detector.u, float),
-        np.asarray(detector.v, float),
-        detector.normal,
-        np.array([a, b]),
+        _triple(source),
+        _triple(detector.corner),
+        _triple(detector.u),
+        _triple(detector.v),
+        _triple(detector.normal),
+        (a, b),
         1 / detector.pixel_mm,
         spectrum.energies_kev,
         kept,
         alias,
         nearest,
     )
+
+
+def _triple(vector: np.ndarray) -> Triple:
+    x, y, z = map(float, vector)
+    return x, y, z
 
 
 def _alias_table(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,6 +4,7 @@ D = N q E / m: N photons per mAs, E keV per photon in the glandular voxels of ma
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from mammosim.xray.attenuation import Material
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.transport import Tallies
+from mammosim.xray.tallies import Estimate
 
 PROTOCOL = "this breast, heterogeneous, Monte Carlo"
 
@@ -39,8 +40,18 @@ class GlandularDose:
         return self.standard_error_mgy_per_mas / self.mgy_per_mas
 
 
+class Energies(Protocol):
+    """What a dose is made of: keV per photon in each material (n_material,), and photons per mAs."""
+
+    @property
+    def materials(self) -> Estimate: ...
+
+    @property
+    def photons_per_mas(self) -> float: ...
+
+
 def mean_glandular_dose(
-    tallies: Tallies, phantom: Phantom, *, index: int, incident_kerma_mgy_per_mas: float
+    tallies: Energies, phantom: Phantom, *, index: int, incident_kerma_mgy_per_mas: float
 ) -> GlandularDose:
     """Dose to the voxels of material `index`, from the tallies of a transport through the same phantom.
 

@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 import xraylib
-from numba import njit
 
 from mammosim.xray.attenuation import ENERGY_LIMITS_KEV, Material, linear_attenuation
-from mammosim.xray.stream import uniform
+from mammosim.xray.stream import compiled, uniform
 
 ELECTRON_REST_KEV = 510.99895  # CODATA 2018
 HC_KEV_ANGSTROM = 12.398419843  # CODATA 2018, exact
 LOWEST_KEV = ENERGY_LIMITS_KEV[0]
 ENERGY_STEP_KEV = 0.05  # linear between: E^-3 is met to 2e-4 at 5 keV, 2e-5 at 17 keV
+ROWS_PER_KEV = 1 / ENERGY_STEP_KEV
 N_MOMENTUM = 1024
 SMALLEST_X = 0.0011  # 1/Angstrom, where the tables of S(x) start; S is below 1e-3 there
 
@@ -27,13 +27,11 @@ SMALLEST_X = 0.0011  # 1/Angstrom, where the tables of S(x) start; S is below 1e
 class Matter(NamedTuple):
     """Tables of all materials: attenuation on an even grid of energies, and scattering on one of x.
 
-    total, absorbed, incoherent: (n_energy, n_material) 1/mm; S, area: (n_material, n_x);
+    mu: (n_energy, n_material, 3) 1/mm: total, photoelectric, incoherent; S, area: (n_material, n_x);
     area: the integral of F^2 over x^2 from 0.
     """
 
-    total: np.ndarray
-    absorbed: np.ndarray
-    incoherent: np.ndarray
+    mu: np.ndarray
     S: np.ndarray
     area: np.ndarray
     x_step: float
@@ -54,7 +52,7 @@ def matter(materials: tuple[Material, ...], largest_kev: float) -> Matter:
     pieces = (F2[:, 1:] + F2[:, :-1]) / 2 * np.diff(x**2)
     area = np.concatenate([np.zeros((len(materials), 1)), np.cumsum(pieces, axis=1)], axis=1)
     total = np.sum(list(mu.values()), axis=0)
-    return Matter(total, mu["photoelectric"], mu["incoherent"], S, area, float(x_step))
+    return Matter(np.stack([total, mu["photoelectric"], mu["incoherent"]], axis=2), S, area, float(x_step))
 
 
 def _per_atom(
@@ -69,21 +67,22 @@ def _per_atom(
     return np.array([sum(w * values[Z] for Z, w in m.fractions) for m in materials])
 
 
-@njit(cache=True)
+@compiled
 def place(energy: float) -> tuple[int, float]:
     """Row of the energy tables below `energy`, and the share of the next row."""
-    p = (energy - LOWEST_KEV) / ENERGY_STEP_KEV
+    p = (energy - LOWEST_KEV) * ROWS_PER_KEV
     row = int(p)
     return row, p - row
 
 
-@njit(cache=True)
-def between(table: np.ndarray, row: int, share: float, column: int) -> float:
-    """table[:, column] between a row and the next."""
-    return table[row, column] + share * (table[row + 1, column] - table[row, column])
+@compiled
+def between(table: np.ndarray, row: int, share: float, material: int, process: int) -> float:
+    """table[:, material, process] between a row and the next."""
+    a = table[row, material, process]
+    return a + share * (table[row + 1, material, process] - a)
 
 
-@njit(cache=True)
+@compiled
 def incoherent(
     energy: float, material: int, S: np.ndarray, x_step: float, state: np.ndarray
 ) -> tuple[float, float]:
@@ -98,7 +97,7 @@ def incoherent(
             return k * energy, cos
 
 
-@njit(cache=True)
+@compiled
 def coherent(energy: float, material: int, area: np.ndarray, x_step: float, state: np.ndarray) -> float:
     """cos(theta); x^2 is drawn from F^2 below (E/hc)^2 and kept with (1 + cos^2)/2."""
     x2_max = (energy / HC_KEV_ANGSTROM) ** 2
@@ -122,14 +121,14 @@ def coherent(energy: float, material: int, area: np.ndarray, x_step: float, stat
             return cos
 
 
-@njit(cache=True)
+@compiled
 def at_momentum(table: np.ndarray, material: int, p: float) -> float:
     """table[material] at x = p x_step."""
     row = int(p)
     return table[material, row] + (p - row) * (table[material, row + 1] - table[material, row])
 
 
-@njit(cache=True)
+@compiled
 def turned(dx: float, dy: float, dz: float, cos: float, state: np.ndarray) -> tuple[float, float, float]:
     """The unit vector (dx, dy, dz) turned by theta, at a uniform azimuth."""
     phi = 2 * math.pi * uniform(state)

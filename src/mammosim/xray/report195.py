@@ -15,6 +15,7 @@ from mammosim.xray.spectrum import Spectrum, monoenergetic
 
 AIR, TISSUE, SKIN, PLATE, BODY = range(5)
 BEAMS = ("16.8 keV", "Mo/Mo 30 kVp")
+PLANE_MM, ARM_MM = -40.0, 660.0
 REGION_MM = (20.0, 20.0, 10.0)
 
 
@@ -45,12 +46,16 @@ def breast_of_report(spacing_mm: float = 1.0) -> Phantom:
     )
 
 
-def geometry_of_report() -> Geometry:
-    """Point source 660 mm above the scoring plane, collimated to its 140 x 260 mm; pixels of 1 mm."""
-    x, y, _ = np.eye(3)
-    return Geometry(
-        np.array([0.0, 0.0, 620.0]), Detector(np.array([0.5, -129.5, -40.0]), x, y, (260, 140), 1.0)
-    )
+def geometry_of_report(angle_deg: float = 0.0) -> Geometry:
+    """Point source 660 mm from the scoring plane, collimated to its 140 x 260 mm; pixels of 1 mm.
+
+    angle_deg: by which the source turns towards +y about the plane's chest-wall edge, as in tomosynthesis.
+    """
+    x, y, z = np.eye(3)
+    a = np.radians(angle_deg)
+    pivot = np.array([0.0, 0.0, PLANE_MM])
+    source = pivot + ARM_MM * (np.sin(a) * y + np.cos(a) * z)
+    return Geometry(source, Detector(np.array([0.5, -129.5, PLANE_MM]), x, y, (260, 140), 1.0))
 
 
 def beam_of_report(name: str) -> Spectrum:

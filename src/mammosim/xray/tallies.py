@@ -69,28 +69,11 @@ class Sums:
         return Estimate(mean, np.sqrt(variance / n))
 
 
-def tallies(
-    sums: Sums, block: int, photons: float, detector: Detector, shapes: tuple[tuple[int, ...], ...]
-) -> Tallies:
-    """The tallies of rows that hold materials, regions, cells and balance, of these shapes."""
-    total = sums.estimate()
-    cuts = np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1]
-    parts = [
-        Estimate(value.reshape(shape), error.reshape(shape))
-        for value, error, shape in zip(np.split(total.value, cuts), np.split(total.error, cuts), shapes)
-    ]
-    materials, regions, cells, balance = parts
+def tallies(estimates: list[Estimate], histories: int, photons: float, detector: Detector) -> Tallies:
+    """The tallies of estimates of materials, regions, cells (3, nv, nu) and balance."""
+    materials, regions, cells, balance = estimates
     primary, scatter, squared = (Estimate(cells.value[i], cells.error[i]) for i in range(3))
     emitted, escaped = map(float, balance.value)
     return Tallies(
-        sums.blocks * block,
-        photons,
-        detector,
-        materials,
-        regions,
-        primary,
-        scatter,
-        squared,
-        emitted,
-        escaped,
+        histories, photons, detector, materials, regions, primary, scatter, squared, emitted, escaped
     )

@@ -1,26 +1,18 @@
-"""Where the energy of a beam goes: photon Monte Carlo, run until the asked uncertainty is met.
+"""Where the energy of a beam goes: plain photon Monte Carlo, run until the asked uncertainty is met."""
 
-Each block of histories has its own random stream, and blocks are added in their order, so that any number of
-threads gives the same tallies.
-"""
-
-import logging
 from dataclasses import dataclass
 
 import numpy as np
 
 from mammosim.core.errors import XrayError
 from mammosim.xray.beam import body_of, field_of, require_outside
+from mammosim.xray.blocks import FEWEST_BLOCKS, Goal, Limits, relative, run_blocks
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.interactions import matter
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.tallies import Estimate, Sums, Tallies, tallies
-from mammosim.xray.tracking import track_blocks
-
-log = logging.getLogger(__name__)
-FEWEST_BLOCKS = 32  # below, the standard error itself is uncertain by more than 1/sqrt(2 * 31) = 13 percent
-HOPELESS = 2.0  # give up at once when this many times the allowed histories would be needed
+from mammosim.xray.tallies import Estimate, Tallies, tallies
+from mammosim.xray.tracking import track_block
 
 
 @dataclass(frozen=True)
@@ -57,6 +49,7 @@ def transport(
 ) -> Tallies:
     """Photons from a point source, collimated to the detector, through the phantom in air.
 
+    Any number of threads gives the same tallies.
     regions: (n_region, 2, 3) lower and upper corners in (x, y, z), mm, of boxes to tally, too;
     cell_mm: width of the cells that the detector's pixels are gathered in.
     Raises XrayError when source or detector are inside the body, or max_histories do not reach the accuracy.
@@ -70,42 +63,22 @@ def transport(
     boxes = np.zeros((0, 2, 3)) if regions is None else np.asarray(regions, float).reshape(-1, 2, 3)
     require_outside(phantom, geometry, detector)
     tables = matter(phantom.materials, float(spectrum.energies_kev[-1]))
-    body = body_of(phantom, tables, boxes)
-    beam = field_of(geometry.source, detector, spectrum)
+    body, beam = body_of(phantom, tables), field_of(geometry.source, detector, spectrum)
+
+    def kernel(b: int, *rows: np.ndarray) -> None:
+        track_block(body, tables, beam, boxes.reshape(-1, 6), b, accuracy.block, seed, *rows)
+
+    def error(estimates: list[Estimate]) -> float:
+        energy = estimates[0]
+        return relative(energy.value[[accuracy.index]], energy.error[[accuracy.index]])
+
     shapes = ((len(phantom.materials),), (len(boxes),), (3, *detector.shape), (2,))
-    sums, reached = Sums(), np.inf
-    while reached > accuracy.relative_error:
-        n = _next_blocks(sums.blocks, reached, accuracy)
-        rows = [np.zeros((n, *shape)) for shape in shapes]
-        track_blocks(body, tables, beam, sums.blocks, accuracy.block, seed, *rows)
-        sums.add(np.concatenate([row.reshape(n, -1) for row in rows], axis=1) / accuracy.block)
-        reached = _relative_error(sums.estimate(), accuracy.index)
-        log.info("%d histories, dose known to %.2f %%", sums.blocks * accuracy.block, 100 * reached)
-    solid_angle = geometry.solid_angle()
-    photons = float(spectrum.fluence.sum() * spectrum.distance_mm**2 * solid_angle)
-    return tallies(sums, accuracy.block, photons, detector, shapes)
+    goal = Goal(f"the energy in material {accuracy.index}", error, accuracy.relative_error)
+    run = run_blocks(kernel, shapes, goal, block=accuracy.block, limits=Limits(accuracy.max_histories))
+    photons = photons_per_mas(geometry, spectrum)
+    return tallies(run.estimates, run.histories, photons, detector)
 
 
-def _relative_error(estimate: Estimate, index: int) -> float:
-    """Standard error of the energy in material `index`, of itself; infinite while nothing was deposited."""
-    value, error = estimate.value[index], estimate.error[index]
-    return float(error / value) if value > 0 and error > 0 else np.inf
-
-
-def _next_blocks(done: int, reached: float, accuracy: Accuracy) -> int:
-    """Blocks of the next round: what is needed by error ~ 1/sqrt(n), at most as many as were done.
-
-    Raises XrayError when the largest number of histories is used up, or will clearly not do.
-    """
-    if done == 0:
-        return FEWEST_BLOCKS
-    most = accuracy.max_histories // accuracy.block
-    needed = done * (reached / accuracy.relative_error) ** 2 if np.isfinite(reached) else 2 * done
-    if done >= most or needed > HOPELESS * most:
-        n, asked = done * accuracy.block, accuracy.relative_error
-        raise XrayError(
-            f"the energy in material {accuracy.index} is known to {reached:.2g} after {n} histories; "
-            f"relative_error = {asked:g} needs about {needed * accuracy.block:.2g}, but max_histories = "
-            f"{accuracy.max_histories}; raise it, or accept a larger error"
-        )
-    return int(min(max(needed - done + 1, FEWEST_BLOCKS // 2), done, most - done))
+def photons_per_mas(geometry: Geometry, spectrum: Spectrum) -> float:
+    """How many photons start towards the detector, per mAs: N d^2 Omega."""
+    return float(spectrum.fluence.sum() * spectrum.distance_mm**2 * geometry.solid_angle())

@@ -1,0 +1,55 @@
+"""Where in the body the energy is given: a map in cells, compiled."""
+
+import numpy as np
+from numba import njit
+
+from mammosim.xray.emission import Field, Triple, emitted, line, to_detector
+from mammosim.xray.flight import MET, Body, flown
+from mammosim.xray.interactions import Matter, place, turned
+from mammosim.xray.stream import compiled, stream
+from mammosim.xray.tracking import collided
+
+
+@compiled
+def give(cells: np.ndarray, per_mm: Triple, px: float, py: float, pz: float, energy: float) -> None:
+    """Adds energy to the cell at a place (mm from low) of cells (nz, ny, nx); nothing outside of them."""
+    nz, ny, nx = cells.shape
+    i, j, k = int(np.floor(px * per_mm[0])), int(np.floor(py * per_mm[1])), int(np.floor(pz * per_mm[2]))
+    if 0 <= i < nx and 0 <= j < ny and 0 <= k < nz:
+        cells[k, j, i] += energy
+
+
+@compiled
+def track_mapped(
+    body: Body, matter: Matter, field: Field, per_mm: Triple, state: np.ndarray, cells: np.ndarray
+) -> None:
+    """Follows one photon to its end."""
+    E = field.energies[line(field, state)]
+    dx, dy, dz, t_seen, _, _ = emitted(field, state)
+    x, y, z = field.source
+    row, share = place(E)
+    while True:
+        t, end, material, v = flown(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
+        if end != MET:
+            return
+        x, y, z = x + t * dx, y + t * dy, z + t * dz
+        E_new, cos = collided(matter, E, row, share, material, v, state)
+        if E_new < E:
+            give(cells, per_mm, x - body.low[0], y - body.low[1], z - body.low[2], E - E_new)
+            if E_new == 0:
+                return
+            E = E_new
+            row, share = place(E)
+        dx, dy, dz = turned(dx, dy, dz, cos, state)
+        t_seen, _, _ = to_detector(field, x, y, z, dx, dy, dz)
+
+
+@njit(cache=True, nogil=True)
+def map_block(
+    body: Body, matter: Matter, field: Field, per_mm: Triple, block: int, histories: int, seed: int,
+    cells: np.ndarray,
+) -> None:  # fmt: skip
+    """Adds the photons of one block to cells (nz, ny, nx), in keV; per_mm: cells per mm in (x, y, z)."""
+    state = stream(seed, block)
+    for _ in range(histories):
+        track_mapped(body, matter, field, per_mm, state, cells)

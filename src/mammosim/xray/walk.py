@@ -1,0 +1,134 @@
+"""What a ray meets on its way to the detector, or out of the body: exact optical depths, compiled."""
+
+import math
+
+import numpy as np
+
+from mammosim.xray.emission import Triple
+from mammosim.xray.flight import LOST_AFTER_MM, MIXED, Body, faces, inverse, next_box
+from mammosim.xray.stream import compiled
+
+T, TAU, SCATTERS, MATERIAL = 0, 1, 2, 3  # columns of a path
+
+
+def longest_path(body: Body) -> int:
+    """No ray through the body has more steps."""
+    voxels = np.array(body.blocks.shape) * np.array(body.voxels.shape[1:])
+    return int(2 * voxels.sum() + 4 * len(body.boxes) + 8)
+
+
+@compiled
+def stepped(path: np.ndarray, n: int, t: float, mu: np.ndarray, material: int) -> int:
+    """One more step of the path, up to t, through a material; how many there are."""
+    dt = t - path[n, T]
+    path[n + 1, T] = t
+    path[n + 1, TAU] = path[n, TAU] + mu[material, 0] * dt
+    path[n + 1, SCATTERS] = path[n, SCATTERS] + mu[material, 1] * dt
+    path[n + 1, MATERIAL] = material
+    return n + 1
+
+
+@compiled
+def walked(body: Body, mu: np.ndarray, t_seen: float, p: Triple, d: Triple, path: np.ndarray) -> int:
+    """Steps of a ray from p along d to the detector at t_seen, or out of the body and through the air.
+
+    mu (n_material, 2) 1/mm: total, and scattering only. path (n + 1, 4): after each step the distance, the
+    optical depth, that of scattering only, and the material of the step; a first row of zeros.
+    """
+    ix, iy, iz = inverse(d[0]), inverse(d[1]), inverse(d[2])
+    nz, ny, nx = body.blocks.shape
+    px, py, pz = p[0] - body.low[0], p[1] - body.low[1], p[2] - body.low[2]
+    path[0] = 0.0
+    n, t = 0, 0.0
+    while True:
+        t_box, t_out = next_box(body.boxes, t, p[0], p[1], p[2], ix, iy, iz)
+        t_end = min(t_seen, t_box)
+        if t_end == math.inf:
+            t_end = t + LOST_AFTER_MM
+        if t_end > t:
+            n = stepped(path, n, t_end, mu, 0)
+        t = t_end
+        if t < t_box or t_seen <= t_box:
+            return n
+        t_stop = min(t_out, t_seen)
+        i, step_i, tx, wx = faces(px + t * d[0], ix, body.block_mm[0], nx)
+        j, step_j, ty, wy = faces(py + t * d[1], iy, body.block_mm[1], ny)
+        k, step_k, tz, wz = faces(pz + t * d[2], iz, body.block_mm[2], nz)
+        tx, ty, tz = tx + t, ty + t, tz + t
+        while t < t_stop:
+            t_face = min(tx, ty, tz, t_stop)
+            material = body.single[body.blocks[k, j, i]]
+            if material != MIXED:
+                n = stepped(path, n, t_face, mu, material)
+            else:
+                n = through_tile(body, mu, i, j, k, t_face, px, py, pz, d, ix, iy, iz, path, n)
+            t = t_face
+            if tx <= ty and tx <= tz:
+                tx += wx
+                i = min(max(i + step_i, 0), nx - 1)
+            elif ty <= tz:
+                ty += wy
+                j = min(max(j + step_j, 0), ny - 1)
+            else:
+                tz += wz
+                k = min(max(k + step_k, 0), nz - 1)
+        if t >= t_seen:
+            return n
+
+
+@compiled
+def through_tile(
+    body: Body, mu: np.ndarray, i: int, j: int, k: int, t_face: float, px: float, py: float, pz: float,
+    d: Triple, ix: float, iy: float, iz: float, path: np.ndarray, n: int,
+) -> int:  # fmt: skip
+    """Steps through the voxels of a mixed block, up to t_face."""
+    _, sz, sy, sx = body.voxels.shape
+    tile = body.tiles[k, j, i]
+    t = path[n, T]
+    hx, hy, hz = body.block_mm[0] / sx, body.block_mm[1] / sy, body.block_mm[2] / sz
+    a, step_a, tx, wx = faces(px + t * d[0] - i * body.block_mm[0], ix, hx, sx)
+    b, step_b, ty, wy = faces(py + t * d[1] - j * body.block_mm[1], iy, hy, sy)
+    c, step_c, tz, wz = faces(pz + t * d[2] - k * body.block_mm[2], iz, hz, sz)
+    tx, ty, tz = tx + t, ty + t, tz + t
+    while True:
+        t = min(tx, ty, tz, t_face)
+        n = stepped(path, n, t, mu, body.voxels[tile, c, b, a])
+        if t >= t_face:
+            return n
+        if tx <= ty and tx <= tz:
+            tx += wx
+            a = min(max(a + step_a, 0), sx - 1)
+        elif ty <= tz:
+            ty += wy
+            b = min(max(b + step_b, 0), sy - 1)
+        else:
+            tz += wz
+            c = min(max(c + step_c, 0), sz - 1)
+
+
+@compiled
+def scattering_point(path: np.ndarray, n: int, u: float) -> tuple[float, float, int]:
+    """Distance, optical depth and material where the share u of the path's scattering depth is reached."""
+    s = u * path[n, SCATTERS]
+    low, high = 0, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        if path[middle, SCATTERS] <= s:
+            low = middle
+        else:
+            high = middle
+    width = path[high, SCATTERS] - path[low, SCATTERS]
+    share = (s - path[low, SCATTERS]) / width if width > 0 else 1.0
+    t = path[low, T] + share * (path[high, T] - path[low, T])
+    return t, path[low, TAU] + share * (path[high, TAU] - path[low, TAU]), int(path[high, MATERIAL])
+
+
+@compiled
+def ends(path: np.ndarray, n: int) -> tuple[float, float]:
+    """Distances at which a path first enters, and last leaves, what is not air; 0 when it meets only air."""
+    top, bottom = 0.0, 0.0
+    for i in range(n, 0, -1):
+        if path[i, MATERIAL] != 0:
+            top = path[i - 1, T]
+            bottom = max(bottom, path[i, T])
+    return top, bottom
