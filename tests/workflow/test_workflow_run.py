@@ -37,7 +37,7 @@ def test_editing_a_file_of_the_package_reruns_the_rules_that_use_it(finished):
 def test_a_result_made_again_has_the_same_bytes(finished):
     again = {
         "register": "results/registration/small/prone.tfm",
-        "dose_and_scatter": "results/xray/small/left/standard_gravity_dose.csv",
+        "dose": "results/xray/small/left/standard_gravity_dose.csv",
         "mammogram": "results/xray/small/left/standard_gravity_mammogram.nii.gz",
     }
     before = {name: (finished.run / name).read_bytes() for name in again.values()}

@@ -453,3 +453,38 @@ rule figure_spectra:
         mem_mb=1000,
     script:
         "../scripts/figure_spectra.py"
+
+
+rule figure_dose_routes:
+    """Glandular dose by every route, of the study's breasts and of standard ones."""
+    input:
+        routes="results/study/dose_routes.csv",
+        standard="results/study/dose_standard.csv",
+        library=library("figure_dose_routes.py"),
+    output:
+        "results/study/figures/dose_routes.png",
+    log:
+        "results/logs/figure_dose_routes/all.log",
+    benchmark:
+        "results/benchmarks/figure_dose_routes/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_dose_routes.py"
+
+
+rule figure_report195:
+    """Our photon transport beside AAPM report 195."""
+    input:
+        table="results/study/report195.csv",
+        library=library("figure_report195.py"),
+    output:
+        "results/study/figures/report195.png",
+    log:
+        "results/logs/figure_report195/all.log",
+    benchmark:
+        "results/benchmarks/figure_report195/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_report195.py"

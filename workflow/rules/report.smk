@@ -1,3 +1,5 @@
+# Tables that are not the rows of all volunteers together.
+MADE_BESIDE = ["trade_off", "beams", "report195", "dose_standard"]
 # The report: figures and tables in one page, with every assumption and source, and what was made on demand.
 PICTURES = [
     *over("positions_{v}"),
@@ -24,6 +26,8 @@ PICTURES = [
     *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
     *over("tomosynthesis_{v}_{side}", side=COMPRESSION["sides"]),
     "spectra",
+    "report195",
+    "dose_routes",
     "trade_off",
     "moduli",
     "gravity_and_compression",
@@ -36,7 +40,7 @@ rule report:
         text=str(HOME / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
         tables=expand(
-            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), "trade_off", "beams"]
+            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
         ),
         quality="results/checked/all.csv",
         numbers="results/study/numbers.json",

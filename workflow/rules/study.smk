@@ -32,6 +32,7 @@ TABLES = {
     "compression_amounts": pressed_all_ways("_amounts.csv"),
     "conservation": xrayed("results/phantom/{v}/{side}/{strategy}_gravity_conservation.csv"),
     "dose": xrayed("results/xray/{v}/{side}/{strategy}_gravity_dose.csv"),
+    "dose_routes": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_routes.csv", side=COMPRESSION["sides"]),
     "slices": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_slices.csv", side=COMPRESSION["sides"]),
     "image": xrayed("results/xray/{v}/{side}/{strategy}_gravity_image.csv"),
 }

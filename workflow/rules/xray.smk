@@ -76,30 +76,53 @@ rule beams:
         "../scripts/beams.py"
 
 
-rule dose_and_scatter:
-    """Glandular dose and scattered radiation by photon Monte Carlo, each with its standard error."""
+rule dose:
+    """Glandular dose of one compressed breast by photon Monte Carlo, with its standard error."""
     input:
         phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
-        library=library("dose_and_scatter.py"),
+        library=library("dose.py"),
     output:
         dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
-        scatter="results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv",
     params:
         geometry=GEOMETRY,
-        scatter_pixel_mm=XRAY["scatter_pixel_mm"],
         dose_error_percent=XRAY["dose_error_percent"],
         seed=config["seed"],
     log:
-        "results/logs/dose_and_scatter/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/dose/{v}_{side}_{strategy}_{moduli}.log",
     benchmark:
-        "results/benchmarks/dose_and_scatter/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/dose/{v}_{side}_{strategy}_{moduli}.tsv"
     resources:
         mem_mb=2000,
     script:
-        "../scripts/dose_and_scatter.py"
+        "../scripts/dose.py"
+
+
+rule scatter:
+    """Scatter of one compressed breast on the detector, to the asked error per cell behind it."""
+    input:
+        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
+        spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
+        library=library("scatter.py"),
+    output:
+        scatter="results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv",
+    params:
+        geometry=GEOMETRY,
+        scatter_error_percent=XRAY["scatter_error_percent"],
+        scatter_pixel_mm=XRAY["scatter_pixel_mm"],
+        seed=config["seed"],
+    log:
+        "results/logs/scatter/{v}_{side}_{strategy}_{moduli}.log",
+    benchmark:
+        "results/benchmarks/scatter/{v}_{side}_{strategy}_{moduli}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/scatter.py"
 
 
 rule mammogram:
@@ -149,7 +172,7 @@ rule tomosynthesis:
     params:
         scan=XRAY["tomosynthesis"],
         scatter_pixel_mm=XRAY["scatter_pixel_mm"],
-        dose_error_percent=XRAY["dose_error_percent"],
+        scatter_error_percent=XRAY["scatter_error_percent"],
         effects=XRAY["effects"],
         chain={key: XRAY[key] for key in CHAIN},
         seed=config["seed"],
@@ -161,3 +184,69 @@ rule tomosynthesis:
         mem_mb=3000,
     script:
         "../scripts/tomosynthesis.py"
+
+
+rule dose_routes:
+    """Dose of one breast by Monte Carlo, and of its standard breast by Monte Carlo and by Dance's factors."""
+    input:
+        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
+        dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
+        spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
+        library=library("dose_routes.py"),
+    output:
+        rows="results/xray/{v}/{side}/{strategy}_{moduli}_routes.csv",
+    params:
+        dose_error_percent=XRAY["dose_error_percent"],
+        combination=f"{XRAY['anode']}/{XRAY['filter']}",
+        seed=config["seed"],
+    log:
+        "results/logs/dose_routes/{v}_{side}_{strategy}_{moduli}.log",
+    benchmark:
+        "results/benchmarks/dose_routes/{v}_{side}_{strategy}_{moduli}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/dose_routes.py"
+
+
+rule dose_standard:
+    """Dose of the standard breasts of 40 to 60 mm by Monte Carlo and by Dance's factors."""
+    input:
+        spectrum="results/xray/spectrum.csv",
+        facts="results/xray/spectrum.json",
+        library=library("dose_standard.py"),
+    output:
+        rows="results/study/dose_standard.csv",
+    params:
+        dose_error_percent=XRAY["dose_error_percent"],
+        combination=f"{XRAY['anode']}/{XRAY['filter']}",
+        seed=config["seed"],
+    log:
+        "results/logs/dose_standard.log",
+    benchmark:
+        "results/benchmarks/dose_standard/all.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/dose_standard.py"
+
+
+rule report195:
+    """The photon transport beside AAPM report 195, case 3: tissue and seven regions, two beams."""
+    input:
+        library=library("report195.py"),
+    output:
+        "results/study/report195.csv",
+    params:
+        settings=XRAY["report195"],
+        seed=config["seed"],
+    log:
+        "results/logs/report195.log",
+    benchmark:
+        "results/benchmarks/report195/all.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/report195.py"

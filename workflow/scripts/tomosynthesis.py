@@ -6,7 +6,6 @@ import _log
 import numpy as np
 import pandas as pd
 
-from mammosim.core.labels import Label
 from mammosim.core.rng import generator, seed_of
 from mammosim.core.volume import Image
 from mammosim.io.images import read_labels, write_image
@@ -15,7 +14,6 @@ from mammosim.study.tomosynthesis import Arc, Masks, slices_grid
 from mammosim.study.view import spectrum_from
 from mammosim.xray.reconstruction import filtered_backprojection, sart
 from mammosim.xray.systems import system_named
-from mammosim.xray.transport import Accuracy
 
 
 def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
@@ -27,10 +25,8 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
     clock, scatter = time.perf_counter(), ()
     if "scatter" in settings["effects"]:
         coarse = Arc.of(labels, system, spectrum, pixel_mm=settings["scatter_pixel_mm"], **seen)
-        accuracy = Accuracy(Label.GLANDULAR, settings["dose_error_percent"] / 100)
-        scatter = coarse.scattered(
-            labels, given["scatter_views"], accuracy=accuracy, seed=seed_of(seed, *job.values(), "arc")
-        )
+        error, stream = settings["scatter_error_percent"] / 100, seed_of(seed, *job.values(), "arc")
+        scatter = coarse.scattered(labels, given["scatter_views"], relative_error=error, seed=stream)
     mas = given["exposure_share"] * float(read_table(files["image"]).mas.iloc[0])
     arc = Arc.of(labels, system, spectrum, pixel_mm=given["pixel_mm"], **seen)
     b = arc.integrals(labels, mas=mas, scatter=scatter, rng=generator(seed, *job.values(), "views"))

@@ -13,7 +13,9 @@ from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
 from mammosim.study.image_chain import ImageChain, Taken
 from mammosim.study.phantom import healthy
+from mammosim.xray.asked import EnergyIn, ScatterAnswer, ScatterImage
 from mammosim.xray.attenuation import Material, material, mixture
+from mammosim.xray.blocks import Limits
 from mammosim.xray.detector import Exposure, Scatter, expose, on_pixels
 from mammosim.xray.dose import GlandularDose, air_kerma_at, mean_glandular_dose
 from mammosim.xray.exposure import automatic_mas
@@ -21,8 +23,8 @@ from mammosim.xray.geometry import Geometry
 from mammosim.xray.observer import Contrast, cnr
 from mammosim.xray.phantom import Phantom, phantom_of_labels
 from mammosim.xray.projector import path_lengths, primary
+from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.transport import Accuracy, transport
 
 # ASSUME: a lesion attenuates as gland of density 1.06 g/cm3.
 LESION_DENSITY_G_CM3 = 1.06
@@ -101,37 +103,49 @@ def xray_phantom(labels: LabelMap) -> Phantom:
     return phantom_of_labels(labels, tissue_materials())
 
 
-def dose_and_scatter(
+def dose_in(
+    labels: LabelMap, geometry: Geometry, spectrum: Spectrum, *, relative_error: float, seed: int
+) -> GlandularDose:
+    """Glandular dose of this breast by Monte Carlo, to the asked relative standard error."""
+    # ASSUME: the support is not in the beam; the paddle attenuates it, but scatters nothing into the breast.
+    phantom = xray_phantom(labels)
+    scene = Scene(phantom, geometry, spectrum)
+    energies = EnergyIn(Label.GLANDULAR, relative_error).answer(scene, seed=seed, limits=Limits())
+    air = phantom.materials[Label.AIR]
+    kerma = air_kerma_at(_entrance(labels, geometry), geometry, spectrum, air=air)
+    return mean_glandular_dose(energies, phantom, index=Label.GLANDULAR, incident_kerma_mgy_per_mas=kerma)
+
+
+def scatter_behind(
     labels: LabelMap,
     geometry: Geometry,
     spectrum: Spectrum,
     *,
     relative_error: float,
-    seed: int,
     cell_mm: float,
-) -> tuple[GlandularDose, pd.DataFrame]:
-    """Glandular dose and scatter from one Monte Carlo run that stops at the asked relative error of the dose.
+    seed: int,
+) -> ScatterAnswer:
+    """Scatter on cells of the detector, cell_mm wide, to the asked error per cell behind the breast."""
+    # ASSUME: there is fat all over a breast: cells with half of the longest way through it are behind it.
+    scene = Scene(xray_phantom(labels), geometry, spectrum)
+    return ScatterImage(Label.ADIPOSE, relative_error, cell_mm).answer(scene, seed=seed, limits=Limits())
 
-    The table has a row per cell of the detector, cell_mm wide: row, column, cell_mm, and per mAs primary and
-    scatter in keV/mm2 with standard errors *_se, and scatter_squared in keV2/mm2.
+
+def scatter_cells(found: ScatterAnswer) -> pd.DataFrame:
+    """A row per cell of the detector: row, column, cell_mm, and per mAs scatter, scatter_squared with *_se.
+
+    In keV/mm2, and of the square in keV2/mm2.
     """
-    # ASSUME: the plates are not in the beam: they attenuate and scatter nothing.
-    phantom = xray_phantom(labels)
-    accuracy = Accuracy(index=Label.GLANDULAR, relative_error=relative_error)
-    tallies = transport(phantom, geometry, spectrum, accuracy=accuracy, seed=seed, cell_mm=cell_mm)
-    air = phantom.materials[Label.AIR]
-    kerma = air_kerma_at(_entrance(labels, geometry), geometry, spectrum, air=air)
-    dose = mean_glandular_dose(tallies, phantom, index=Label.GLANDULAR, incident_kerma_mgy_per_mas=kerma)
-    row, column = np.indices(tallies.detector.shape)
-    cells = {"row": row, "column": column, "cell_mm": np.full(row.shape, tallies.detector.pixel_mm)}
-    for name in ("primary", "scatter", "scatter_squared"):
-        per_mas = tallies.per_mas(getattr(tallies, name))
+    row, column = np.indices(found.detector.shape)
+    cells = {"row": row, "column": column, "cell_mm": np.full(row.shape, found.detector.pixel_mm)}
+    for name in ("scatter", "scatter_squared"):
+        per_mas = found.per_mas(getattr(found, name))
         cells |= {name: per_mas.value, f"{name}_se": per_mas.error}
-    return dose, pd.DataFrame({name: values.ravel() for name, values in cells.items()})
+    return pd.DataFrame({name: values.ravel() for name, values in cells.items()})
 
 
 def scatter_from(cells: pd.DataFrame, geometry: Geometry) -> Scatter:
-    """The scatter of the cells of dose_and_scatter on the pixels of a geometry with the same detector area.
+    """The scatter of scatter_cells on the pixels of a geometry with the same detector area.
 
     Raises XrayError when the cells cover another area.
     """

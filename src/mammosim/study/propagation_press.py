@@ -11,7 +11,7 @@ from mammosim.core.volume import LabelMap
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.compression import Compression, compress
 from mammosim.mechanics.control import Thickness
-from mammosim.study.mammogram import SENSOR_MM, dose_and_scatter, xray_phantom
+from mammosim.study.mammogram import SENSOR_MM, dose_in, xray_phantom
 from mammosim.study.phantom import field_box, field_grid, voxel_breast
 from mammosim.study.points import MaterialPoints
 from mammosim.study.press import craniocaudal_plates, plate_facts
@@ -76,19 +76,12 @@ def glandular_dose(
 ) -> dict[str, float]:
     """agd_mgy and its standard error agd_se_mgy of a breast between plates, at automatic exposure.
 
-    settings: voxel_mm, skin_mm, geometry of study.view.craniocaudal, dose_error_percent, scatter_pixel_mm,
+    settings: voxel_mm, skin_mm, geometry of study.view.craniocaudal, dose_error_percent,
     detector_kerma_ugy.
     """
     labels = _voxels(measured, between, side, settings)
     geometry = craniocaudal(labels, chest_y_mm=between.facts["chest_y_mm"], **settings["geometry"])
-    dose, _ = dose_and_scatter(
-        labels,
-        geometry,
-        spectrum,
-        relative_error=settings["dose_error_percent"] / 100,
-        seed=seed,
-        cell_mm=settings["scatter_pixel_mm"],
-    )
+    dose = dose_in(labels, geometry, spectrum, relative_error=settings["dose_error_percent"] / 100, seed=seed)
     phantom, pixel = xray_phantom(labels), geometry.detector.pixel_mm
     mas = automatic_mas(
         primary(phantom, geometry, spectrum).kerma_mgy,

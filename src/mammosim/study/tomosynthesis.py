@@ -11,7 +11,7 @@ from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, Image, LabelMap, grid_around
 from mammosim.study.image_chain import Taken
-from mammosim.study.mammogram import View, xray_phantom
+from mammosim.study.mammogram import View, scatter_behind, xray_phantom
 from mammosim.xray.detector import Scatter, expose
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.observer import cnr
@@ -19,7 +19,6 @@ from mammosim.xray.projector import primary
 from mammosim.xray.reconstruction import line_integrals
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.systems import System, tomosynthesis_geometries
-from mammosim.xray.transport import Accuracy, transport
 
 # Shadows of less than this share of the signal without a body are taken as this: noise leaves no logarithm.
 LEAST_TRANSMISSION = 1e-4
@@ -84,19 +83,19 @@ class Arc:
         return cls(system, geometries, system.support_to_detector_mm + body, spectrum, settings, names)
 
     def scattered(
-        self, labels: LabelMap, views: int, *, accuracy: Accuracy, seed: int
+        self, labels: LabelMap, views: int, *, relative_error: float, seed: int
     ) -> tuple[ScatterAt, ...]:
         """Scatter by Monte Carlo in so many views, evenly over the arc, on cells that are the pixels."""
         numbers = np.unique(np.linspace(0, self.system.views - 1, views).round().astype(int))
-        phantom, found = xray_phantom(labels), []
+        found = []
         for n in numbers:
-            cells = self.geometries[n].detector
-            run = transport(
-                phantom, self.geometries[n], self.spectrum,
-                accuracy=accuracy, seed=seed + int(n), cell_mm=cells.pixel_mm,
+            geometry, angle = self.geometries[n], float(self.system.angles_deg[n])
+            run = scatter_behind(
+                labels, geometry, self.spectrum,
+                relative_error=relative_error, cell_mm=geometry.detector.pixel_mm, seed=seed + int(n),
             )  # fmt: skip
             parts = (run.per_mas(tally).value for tally in (run.scatter, run.scatter_squared))
-            found.append(ScatterAt(float(self.system.angles_deg[n]), cells, Scatter(*parts)))
+            found.append(ScatterAt(angle, run.detector, Scatter(*parts)))
         return tuple(found)
 
     def integrals(

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.volume import Image, grid_around
+from mammosim.figures.dose_routes import dose_routes, report195
 from mammosim.figures.spectra import spectra
 from mammosim.figures.tomosynthesis import tomosynthesis
 
@@ -41,3 +42,35 @@ def test_slices_are_hung_with_the_chest_wall_at_the_left_and_the_lesion_in_its_c
     # 15 voxels from front to back: the third is eleven from the chest wall
     assert column == 11
     assert [line.get_ydata()[1] for line in depth.lines[:2]] == [1.0, 1.0]
+
+
+def test_a_quantity_outside_its_gate_has_another_colour():
+    rows = [("tissue", 0.5, 0.1, True), ("region 1", 2.0, -4.0, False), ("region 2", 2.0, 1.0, True)]
+    table = pd.DataFrame(rows, columns=["quantity", "gate_percent", "difference_percent", "within"])
+    table = table.assign(beam="16.8 keV", standard_error_ev=1.0, reference_ev=100.0)
+    (ax,) = report195(table).axes
+    inside, outside = (bars.lines[0] for bars in ax.containers if hasattr(bars, "lines"))
+    assert list(inside.get_ydata()) == [0.1, 1.0]
+    assert list(outside.get_ydata()) == [-4.0]
+    assert inside.get_color() != outside.get_color()
+
+
+def test_every_route_of_every_breast_is_drawn():
+    rows = [("Monte Carlo", "this breast, Monte Carlo", 0.25), ("Monte Carlo", "standard breast", 0.3),
+            ("Dance g c s", "standard breast", 0.31)]  # fmt: skip
+    one = pd.DataFrame(rows, columns=["route", "protocol", "agd_mgy_per_mgy"]).assign(standard_error=0.01)
+    routes = pd.concat([one.assign(volunteer=v, side="left") for v in ("small", "large")])
+    standard = one[1:].assign(thickness_mm=50.0, glandularity_percent=50.0)
+    left, right = dose_routes(routes, standard).axes
+    assert [bars.lines[0].get_ydata().tolist() for bars in left.containers] == [
+        [0.25] * 2,
+        [0.3] * 2,
+        [0.31] * 2,
+    ]
+    labels = left.get_legend_handles_labels()[1]
+    assert labels == [
+        "this breast, Monte Carlo",
+        "standard breast, Monte Carlo",
+        "standard breast, Dance g c s",
+    ]
+    assert len(right.containers) == 2

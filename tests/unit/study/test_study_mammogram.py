@@ -8,16 +8,16 @@ from mammosim.core.volume import LabelMap, grid_around
 from mammosim.study.image_chain import Taken
 from mammosim.study.mammogram import (
     View,
-    dose_and_scatter,
+    dose_in,
     mammogram,
+    scatter_behind,
+    scatter_cells,
     scatter_from,
     tissue_materials,
     xray_phantom,
 )
-from mammosim.xray.detector import scatter_on
 from mammosim.xray.geometry import mammography_geometry
 from mammosim.xray.spectrum import monoenergetic
-from mammosim.xray.transport import Accuracy, transport
 
 SPECTRUM = monoenergetic(20.0, fluence=1e5)
 
@@ -76,27 +76,35 @@ def test_the_same_stream_gives_the_same_image(breast):
     np.testing.assert_array_equal(a.exposure.image, b.exposure.image)
 
 
-def test_scatter_from_its_table_is_the_scatter_of_the_tallies_and_lowers_contrast(breast):
-    coarse = geometry(breast, 5.0)
-    dose, cells = dose_and_scatter(breast, coarse, SPECTRUM, relative_error=0.05, seed=7, cell_mm=5.0)
-    phantom = xray_phantom(breast)
-    accuracy = Accuracy(index=Label.GLANDULAR, relative_error=0.05)
-    tallies = transport(phantom, coarse, SPECTRUM, accuracy=accuracy, seed=7, cell_mm=5.0)
-    fine = geometry(breast, 1.0)
-    scatter = scatter_from(cells, fine)
-    np.testing.assert_allclose(scatter.signal, scatter_on(tallies, fine).signal, rtol=1e-12)
-    assert dose.relative_error <= 0.05
-    with_scatter = mammogram(breast, view(breast, 0.1, scatter), rng=generator(5)).row
+@pytest.fixture(scope="module")
+def scattered(breast):
+    return scatter_behind(breast, geometry(breast, 5.0), SPECTRUM, relative_error=0.05, cell_mm=5.0, seed=7)
+
+
+def test_the_dose_is_as_certain_as_asked_and_does_not_depend_on_the_pixels(breast):
+    one, other = (
+        dose_in(breast, geometry(breast, pixel), SPECTRUM, relative_error=0.02, seed=seed)
+        for pixel, seed in ((5.0, 1), (1.0, 2))
+    )
+    assert max(one.relative_error, other.relative_error) <= 0.02
+    error = np.hypot(one.standard_error_mgy_per_mas, other.standard_error_mgy_per_mas)
+    assert abs(one.mgy_per_mas - other.mgy_per_mas) < 4 * error
+
+
+def test_scatter_comes_back_from_its_table_and_lowers_contrast(breast, scattered):
+    cells = scatter_cells(scattered)
+    scatter = scatter_from(cells, geometry(breast, 5.0))
+    np.testing.assert_allclose(scatter.signal, scattered.per_mas(scattered.scatter).value, rtol=1e-12)
+    fine = scatter_from(cells, geometry(breast, 1.0))
+    with_scatter = mammogram(breast, view(breast, 0.1, fine), rng=generator(5)).row
     without = mammogram(breast, view(breast, 0.1), rng=generator(5)).row
     # Scatter adds signal without contrast: C falls to C / (1 + S/P), with S/P at the lesion.
     expected = without["contrast_percent"] / (1 + with_scatter["scatter_to_primary"])
     assert with_scatter["contrast_percent"] == pytest.approx(expected, rel=0.01)
 
 
-def test_scatter_of_another_field_is_refused(breast):
-    _, cells = dose_and_scatter(
-        breast, geometry(breast, 5.0), SPECTRUM, relative_error=0.2, seed=1, cell_mm=5.0
-    )
+def test_scatter_of_another_field_is_refused(breast, scattered):
+    cells = scatter_cells(scattered)
     with pytest.raises(XrayError, match="use the same field"):
         scatter_from(cells[cells.row < 10], geometry(breast, 1.0))
 

@@ -15,7 +15,6 @@ from mammosim.xray.geometry import Detector
 from mammosim.xray.reconstruction import sart
 from mammosim.xray.spectrum import monoenergetic
 from mammosim.xray.systems import system_named
-from mammosim.xray.transport import Accuracy
 
 X, Y, _ = np.eye(3)
 SPECTRUM = monoenergetic(20.0, fluence=1e6, distance_mm=650.0)
@@ -75,7 +74,7 @@ def test_scatter_lowers_what_is_measured():
     labels = breast(10.0)
     scan = arc(labels, ())
     coarse = Arc.of(labels, scan.system, SPECTRUM, chest_y_mm=0.0, pixel_mm=20.0, settings={}, effects=())
-    known = coarse.scattered(labels, 1, accuracy=Accuracy(Label.ADIPOSE, 0.05), seed=3)
+    known = coarse.scattered(labels, 1, relative_error=0.2, seed=3)
     clean, hazy = (scan.integrals(labels, mas=9.0, scatter=s, rng=generator(1)) for s in ((), known))
     for a, b in zip(clean, hazy):
         behind = a > 0.5 * a.max()

@@ -1,4 +1,4 @@
-"""Glandular dose and scatter of one compressed breast by photon Monte Carlo."""
+"""Glandular dose of one compressed breast by photon Monte Carlo."""
 
 from dataclasses import asdict
 
@@ -8,24 +8,21 @@ import pandas as pd
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.mammogram import dose_and_scatter
+from mammosim.study.mammogram import dose_in
 from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
-    labels = read_labels(files["phantom"])
-    plates = read_json(files["plates"])
-    dose, cells = dose_and_scatter(
+    labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
+    dose = dose_in(
         labels,
         craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"]),
         spectrum_from(read_table(files["spectrum"]), read_json(files["facts"])),
         relative_error=settings["dose_error_percent"] / 100,
         seed=seed,
-        cell_mm=settings["scatter_pixel_mm"],
     )
     row = job | asdict(dose) | {"mgy_per_mgy": dose.mgy_per_mgy, "relative_error": dose.relative_error}
     write_table(pd.DataFrame([row]), files["dose"])
-    write_table(cells, files["scatter"])
 
 
 if __name__ == "__main__":

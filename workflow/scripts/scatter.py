@@ -1,0 +1,32 @@
+"""Scatter of one compressed breast on the detector by photon Monte Carlo."""
+
+import _log
+
+from mammosim.core.rng import seed_of
+from mammosim.io.images import read_labels
+from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.mammogram import scatter_behind, scatter_cells
+from mammosim.study.view import craniocaudal, spectrum_from
+
+
+def main(files: dict[str, str], settings: dict, seed: int) -> None:
+    labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
+    found = scatter_behind(
+        labels,
+        craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"]),
+        spectrum_from(read_table(files["spectrum"]), read_json(files["facts"])),
+        relative_error=settings["scatter_error_percent"] / 100,
+        cell_mm=settings["scatter_pixel_mm"],
+        seed=seed,
+    )
+    write_table(scatter_cells(found), files["scatter"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    job = [snakemake.wildcards[name] for name in ("v", "side", "strategy", "moduli")]
+    main(
+        dict(snakemake.input.items()) | dict(snakemake.output.items()),
+        dict(snakemake.params.items()),
+        seed_of(snakemake.params.seed, *job, "scatter"),
+    )
