@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 PADDLE_TOLERANCE = 1e-6
 _LARGEST_MOVE_MM = 3.0
 _PROBE_MM = 1e-4  # of finite differences by q
-_MOST_BALANCES = 15
+_MOST_BALANCES = 25
 _MOST_LAGS = 25
 
 
@@ -80,6 +80,18 @@ class Stage:
 
 
 @dataclass(frozen=True)
+class _Response:
+    """S (m, m) = dR/dq with the body following, and how it follows, V = dx/dq (m, n_node, 3)."""
+
+    S: np.ndarray
+    V: np.ndarray
+
+    def updated(self, dq: np.ndarray, dR: np.ndarray) -> "_Response":
+        """S that has the change dR by dq which was found, otherwise as before (Broyden 1965)."""
+        return replace(self, S=self.S + np.outer(dR - self.S @ dq, dq) / (dq @ dq))
+
+
+@dataclass(frozen=True)
 class Press:
     """What stays the same while a body is pressed: body, plates, and how it is solved.
 
@@ -97,7 +109,8 @@ class Press:
         began = time.perf_counter()
         history: list[Iteration] = []
         last = before[-1]
-        stage = replace(self._guess(before, thickness), dissipated=last.dissipated)
+        grips = tuple(grip.lagged(contact, last.x) for grip, contact in zip(last.grips, last.contacts))
+        stage = replace(self._guess(before, thickness), grips=grips, dissipated=last.dissipated)
         while True:
             stage = self._with_friction(stage, history)
             if stage.penetration <= self.settings.penetration_mm:
@@ -159,17 +172,25 @@ class Press:
             Potential(state.surroundings()[len(state.contacts) :]).gradient(stage.x)
             for state in (stage, after)
         )
-        scale = np.linalg.norm(Potential(stage.contacts).gradient(stage.x))
-        return float(np.linalg.norm(new - old) / scale) if scale else 0.0
+        pressing = np.linalg.norm(Potential(stage.contacts).gradient(stage.x))
+        scale = max(float(pressing), float(np.linalg.norm(old)))
+        return float(np.linalg.norm(new - old)) / scale if scale else 0.0
 
     def _balanced(self, stage: Stage, history: list[Iteration]) -> Stage:
-        """Body and paddle in equilibrium."""
+        """Body and paddle in equilibrium: S at first exact, then by Broyden's update, as contact has kinks."""
+        stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
+        R, scale = self._paddle_forces(stage)
+        response: _Response | None = None
         for _ in range(_MOST_BALANCES):
-            stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
-            R, scale = self._paddle_forces(stage)
             if np.all(np.abs(R) <= PADDLE_TOLERANCE * scale):
                 return stage
-            stage = self._paddle_step(stage, R)
+            response = response or self._response(stage)
+            dq = self._paddle_step(response, R)
+            stage = self._followed(stage, dq, response)
+            stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
+            before = R
+            R, scale = self._paddle_forces(stage)
+            response = response.updated(dq, R - before)
         raise StepFailed(f"the paddle did not come to rest: {np.abs(R).max():.3g} mN are left", stage.x)
 
     def _settled(self, system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
@@ -205,11 +226,22 @@ class Press:
     def _energy(self, stage: Stage, q: np.ndarray) -> float:
         return Potential(self._moved(stage, q).surroundings()).energy(stage.x)
 
-    def _paddle_step(self, stage: Stage, R: np.ndarray) -> Stage:
-        """One Newton step of the paddle with the body following, dq = - S^-1 R, dx = (dx/dq) dq."""
+    def _paddle_step(self, response: "_Response", R: np.ndarray) -> np.ndarray:
+        """dq (m,) = - S^-1 R, cut where the face would move too far."""
+        dq = -np.linalg.solve(response.S, R)
+        reach = self.plates.paddle.reach(self.plates.half_sizes)
+        return dq * min(1.0, _LARGEST_MOVE_MM / float(np.abs(dq * reach).sum()))
+
+    def _followed(self, stage: Stage, dq: np.ndarray, response: "_Response") -> Stage:
+        """The paddle moved by dq, and the body with it where J stays positive."""
+        moved = self._moved(stage, stage.q + dq)
+        x = stage.x + np.einsum("m,mai->ai", dq, response.V)
+        return replace(moved, x=x) if self._system(moved).potential.smallest_J(x) > 0 else moved
+
+    def _response(self, stage: Stage) -> "_Response":
+        """Of paddle and body to small changes of q."""
         probes = self._probes()
         V = self._following(stage, probes)
-        K = self.plates.paddle.stiffness(self.plates.half_sizes)
         columns = []
         for dq, dx in zip(probes, V):
             ahead, behind = (
@@ -217,12 +249,8 @@ class Press:
                 for s in (1, -1)
             )
             columns.append((ahead - behind) / (2 * np.abs(dq).sum()))
-        dq = -np.linalg.solve(K + np.array(columns).T, R)
-        reach = self.plates.paddle.reach(self.plates.half_sizes)
-        dq *= min(1.0, _LARGEST_MOVE_MM / np.abs(dq * reach).sum())
-        x = stage.x + np.einsum("m,mai->ai", dq / np.diag(probes), V)
-        moved = self._moved(stage, stage.q + dq)
-        return replace(moved, x=x) if self._system(moved).potential.smallest_J(x) > 0 else moved
+        K = self.plates.paddle.stiffness(self.plates.half_sizes)
+        return _Response(K + np.array(columns).T, V / np.diag(probes)[:, None, None])
 
     def _following(self, stage: Stage, probes: np.ndarray) -> np.ndarray:
         """How the body follows small changes of q: (m, n_node, 3) of K dx = - d2P/dxdq dq."""
