@@ -58,7 +58,7 @@ def nearest(mesh, point):
 
 
 def octant_fine_at_the_pole(radius, edge, *, reach, finest):
-    """x, y, z > 0 of a ball about the origin, with elements `finest` within `reach` of its pole (0, radius, 0)."""
+    """x, y, z > 0 of a ball about the origin, with elements `finest` within `reach` of (0, radius, 0)."""
 
     def draw(occ):
         occ.addSphere(0, 0, 0, radius, angle1=0, angle2=np.pi / 2, angle3=np.pi / 2)

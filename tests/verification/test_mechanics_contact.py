@@ -55,7 +55,7 @@ def against_hertz(finest):
 
 
 def test_a_ball_on_a_plane_has_the_pressure_of_hertz_and_halving_the_mesh_halves_the_error():
-    """Contact radius 6.1 mm of 60 mm: Hertz leaves out (a / R)^2 = 1 %; the edge is found within an element."""
+    """Contact radius 6.1 mm of 60 mm: Hertz leaves out (a / R)^2 = 1 %; its edge lies in an element."""
     (coarse, wide), (fine, less_wide) = (against_hertz(finest) for finest in (3.0, 1.5))
     assert fine < 0.12
     assert fine < 0.6 * coarse
@@ -132,7 +132,7 @@ def between_rough_plates():
 
 
 def test_friction_stiffens_a_cube_until_it_sticks(between_rough_plates):
-    """A quarter of a cube: free to spread, it is softest; where nothing slips, more friction changes nothing."""
+    """Free to spread it is softest; where nothing slips, more friction changes nothing."""
     forces = {mu: path["force_n"].iloc[-1] for mu, path in between_rough_plates.items()}
     assert forces[0.0] < 0.99 * forces[0.2] < 0.99**2 * forces[1.0]
     assert forces[2.0] == pytest.approx(forces[1.0], rel=0.01)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mammosim.core.errors import MechanicsError
 from mammosim.mechanics.descent import descend
 from mammosim.mechanics.effects import Effect, RigidPlate
 from mammosim.mechanics.equilibrium import Settings
@@ -29,7 +30,11 @@ PADDLE_TOLERANCE = 1e-6
 _LARGEST_MOVE_MM = 3.0
 _PROBE_MM = 1e-4  # of finite differences by q
 _MOST_BALANCES = 25
+# Relative residuals to which the energy is lowered where Newton fails, first and again.
+_DOWNHILL = (1e-3, 1e-6)
 _MOST_LAGS = 25
+# How often the penalty is raised fourfold; beyond, the system would lose its digits.
+_MOST_RAISES = 5
 
 
 @dataclass(frozen=True)
@@ -107,20 +112,36 @@ class Press:
     def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
         """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""
         began = time.perf_counter()
+        self._require_clear_of_held_skin(before[-1], thickness)
         history: list[Iteration] = []
         last = before[-1]
         grips = tuple(grip.lagged(contact, last.x) for grip, contact in zip(last.grips, last.contacts))
         stage = replace(self._guess(before, thickness), grips=grips, dissipated=last.dissipated)
-        while True:
+        for _ in range(_MOST_RAISES + 1):
             stage = self._with_friction(stage, history)
             if stage.penetration <= self.settings.penetration_mm:
                 break
             paddle, support = (replace(c, penalty=4 * c.penalty) for c in stage.contacts)
             stage = replace(stage, contacts=(paddle, support))
+        else:
+            raise StepFailed(f"the skin is {stage.penetration:.2f} mm inside a plate", stage.x)
         if not is_stable(self._system(stage), stage.x):
             raise StepFailed("the shape found is unstable", stage.x, indefinite=True)
         stage = replace(stage, history=tuple(history), seconds=time.perf_counter() - began)
         return self._carried(stage)
+
+    def _require_clear_of_held_skin(self, last: Stage, thickness: float) -> None:
+        """Raise MechanicsError where held skin, which nothing can push out, would be in a plate."""
+        nodes = np.unique(self.apart[0].faces)
+        nodes = nodes[self.system.held[nodes].all(axis=1)]
+        if len(nodes) == 0:
+            return
+        depth = -min(box.distance(last.x[nodes]).min() for box in self.plates.at(thickness, last.q))
+        if depth > self.settings.penetration_mm:
+            raise MechanicsError(
+                f"the plates meet the chest wall: at {thickness:.1f} mm, held skin would be {depth:.1f} mm "
+                "inside one of them; move their chest edge outward, or ask for a larger thickness"
+            )
 
     def _carried(self, stage: Stage) -> Stage:
         """The stage with the grips that the next one begins with."""
@@ -177,7 +198,7 @@ class Press:
         return float(np.linalg.norm(new - old)) / scale if scale else 0.0
 
     def _balanced(self, stage: Stage, history: list[Iteration]) -> Stage:
-        """Body and paddle in equilibrium: S at first exact, then by Broyden's update, as contact has kinks."""
+        """Body and paddle in equilibrium: S exact at first, then updated, as contact has kinks."""
         stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
         R, scale = self._paddle_forces(stage)
         response: _Response | None = None
@@ -196,11 +217,13 @@ class Press:
     def _settled(self, system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
         """The body in equilibrium, by way of a descent where Newton alone does not succeed."""
         newton = self.settings.solver.newton
-        try:
-            return converge(system, x, newton, history)
-        except StepFailed as failure:
-            log.info("downhill, since Newton failed: %s", failure)
-            return converge(system, descend(system, failure.x, history), newton, history)
+        for enough in _DOWNHILL:
+            try:
+                return converge(system, x, newton, history)
+            except StepFailed as failure:
+                log.info("downhill, since Newton failed: %s", failure)
+                x = descend(system, failure.x, history, enough=enough)
+        return converge(system, x, newton, history)
 
     def _paddle_forces(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
         """R (m,) = K q + dP/dq, and what it is measured against."""
