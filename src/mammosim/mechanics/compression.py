@@ -13,6 +13,7 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.balance import energy_imbalance
+from mammosim.mechanics.begun import Begun
 from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
@@ -28,21 +29,11 @@ from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.press import Begun, Press, PressSettings, Stage
+from mammosim.mechanics.press import Press, PressSettings, Stage
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
 
-__all__ = [
-    "Begun",
-    "Compression",
-    "Force",
-    "Plates",
-    "PressSettings",
-    "Thickness",
-    "compress",
-    "continued",
-    "released",
-]
+__all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 
 log = logging.getLogger(__name__)
 
@@ -101,12 +92,7 @@ def compress(
     """
     settings = settings or PressSettings()
     with _press(mesh, effects, plates, held, settings) as press:
-        first = _first_stage(press, mesh)
-        if isinstance(control, Force):
-            stages = _to_force(press, [first], control)
-        else:
-            stages = _to_thickness(press, [first], _within(control.mm, first.thickness))
-        return _compression(press, mesh, stages)
+        return _compression(press, mesh, _to_control(press, [_first_stage(press, mesh)], control))
 
 
 def continued(
@@ -118,24 +104,18 @@ def continued(
     begun: Sequence[Begun],
     settings: PressSettings | None = None,
 ) -> Compression:
-    """As compress, on the way of another compression of the same body, without friction, by a rigid paddle.
+    """As compress, from a way that another compression of the same body went, by a rigid paddle.
 
-    begun: its stages from first contact on; those beyond the control are left out. plates: the same.
-    Raises MechanicsError for plates that yield or hold the skin, or no stage; else as compress does.
+    begun: its stages from first contact on; those beyond the control are left out. plates: at the same place;
+    a paddle that yields begins at rest, for which those of a smaller force are enough: without friction the
+    end does not depend on the way. Raises MechanicsError with friction or without a stage; else as compress.
     """
-    if plates.paddle != Plates.paddle or plates.friction is not None or not begun:
-        raise MechanicsError(
-            "only a way between rigid plates without friction goes on, from one stage at least; use compress"
-        )
+    if plates.friction is not None or not begun:
+        raise MechanicsError("a way can be gone on without friction, and from a stage; use compress")
     settings = settings or PressSettings()
     with _press(mesh, effects, plates, None, settings) as press:
-        stages = [press.resumed(each) for each in begun]
-        if isinstance(control, Force):
-            stages = _to_force(press, stages, control)
-        else:
-            goal = _within(control.mm, stages[0].thickness)
-            stages = _to_thickness(press, [s for s in stages if s.thickness > goal], goal)
-        return _compression(press, mesh, stages)
+        stages = [each.stage(press) for each in begun]
+        return _compression(press, mesh, _to_control(press, stages, control))
 
 
 def released(
@@ -191,6 +171,14 @@ def _first_stage(press: Press, mesh: TetMesh) -> Stage:
     law = press.plates.friction
     grips = () if law is None else tuple(Grip.none(law, contact) for contact in (paddle, support))
     return Stage(thickness, press.plates.at_rest, x, (paddle, support), grips)
+
+
+def _to_control(press: Press, stages: list[Stage], control: Control) -> list[Stage]:
+    """The stages, those beyond the control left out, and those that follow up to it."""
+    if isinstance(control, Force):
+        return _to_force(press, stages, control)
+    goal = _within(control.mm, stages[0].thickness)
+    return _to_thickness(press, [stage for stage in stages if stage.thickness > goal], goal)
 
 
 def _within(thickness: float, contact: float) -> float:
