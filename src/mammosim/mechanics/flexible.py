@@ -145,7 +145,7 @@ def _products(y: np.ndarray, half_sizes: tuple[float, float]) -> tuple[np.ndarra
     w = np.stack([a[0] * b[0] for a in f for b in g], axis=1)
     slope = np.stack([np.stack([a[1] * b[0], a[0] * b[1]], axis=-1) for a in f for b in g], axis=1)
     second = [np.stack([a[2] * b[0], a[1] * b[1], a[1] * b[1], a[0] * b[2]], axis=-1) for a in f for b in g]
-    return w, slope, np.stack(second, axis=1).reshape(len(y), -1, 2, 2)
+    return w, slope, np.stack(second, axis=1).reshape(*w.shape, 2, 2)
 
 
 def _power(s: np.ndarray, i: int, ds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
