@@ -213,11 +213,15 @@ class MultigridSolver:
 
 
 def tangent_solver(
-    pattern: Pattern, rows: UpperRows, held: np.ndarray, elements: list[np.ndarray]
+    pattern: Pattern,
+    rows: UpperRows,
+    held: np.ndarray,
+    elements: list[np.ndarray],
+    multigrid_above: int = MULTIGRID_ABOVE,
 ) -> TangentSolver:
     """The solver for a mesh: multigrid for many unknowns on quadratic tetrahedra, direct for all others."""
     tetrahedra = [cells for cells in elements if cells.shape[1] == 10]
-    if len(rows.free) <= MULTIGRID_ABOVE or not tetrahedra:
+    if len(rows.free) <= multigrid_above or not tetrahedra:
         return DirectSolver(rows)
     cells = np.vstack(tetrahedra)
     if len(np.unique(cells)) < pattern.n_node:
