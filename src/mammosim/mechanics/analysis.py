@@ -10,7 +10,6 @@ import numpy as np
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.newton import System
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.solvers import MULTIGRID_ABOVE
 
 _kept: ContextVar[list[System] | None] = ContextVar("systems kept by shared_analysis", default=None)
 
@@ -36,9 +35,7 @@ def shared_analysis() -> Iterator[None]:
 
 
 @contextmanager
-def system_of(
-    potential: Potential, held: np.ndarray, multigrid_above: int = MULTIGRID_ABOVE
-) -> Iterator[System]:
+def system_of(potential: Potential, held: np.ndarray, multigrid_above: int | None = None) -> Iterator[System]:
     """The system of a potential, held (n_node, 3) bool; kept for the next inside shared_analysis."""
     systems = _kept.get()
     if systems is None:

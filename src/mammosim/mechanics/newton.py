@@ -10,7 +10,7 @@ from mammosim.core.errors import MechanicsError
 from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.pattern import Pattern, UpperRows, pattern_of, upper_rows
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.solvers import MULTIGRID_ABOVE, TangentSolver, tangent_solver
+from mammosim.mechanics.solvers import TangentSolver, tangent_solver
 
 # Residuals are not measured against less than this, the weight of 0.1 g: without load, forces are rounding.
 SMALLEST_FORCE_MN = 1.0
@@ -70,7 +70,7 @@ class System:
     solver: TangentSolver
 
     @classmethod
-    def of(cls, potential: Potential, held: np.ndarray, multigrid_above: int = MULTIGRID_ABOVE) -> "System":
+    def of(cls, potential: Potential, held: np.ndarray, multigrid_above: int | None = None) -> "System":
         """The system of a potential, held (n_node, 3) bool; see tangent_solver."""
         elements = [term.connectivity for term in potential.terms if len(term.connectivity)]
         pattern = pattern_of(len(held), elements)

@@ -217,11 +217,12 @@ def tangent_solver(
     rows: UpperRows,
     held: np.ndarray,
     elements: list[np.ndarray],
-    multigrid_above: int = MULTIGRID_ABOVE,
+    multigrid_above: int | None = None,
 ) -> TangentSolver:
     """The solver for a mesh: multigrid for many unknowns on quadratic tetrahedra, direct for all others."""
     tetrahedra = [cells for cells in elements if cells.shape[1] == 10]
-    if len(rows.free) <= multigrid_above or not tetrahedra:
+    limit = MULTIGRID_ABOVE if multigrid_above is None else multigrid_above
+    if len(rows.free) <= limit or not tetrahedra:
         return DirectSolver(rows)
     cells = np.vstack(tetrahedra)
     if len(np.unique(cells)) < pattern.n_node:
