@@ -6,6 +6,7 @@ s runs from the arm, where w = 0, to the chest edge, which is free; at the two s
 """
 
 # ASSUME: the frame holds the paddle at its two sides and at the arm, free to turn; the chest edge is free.
+# ASSUME: polycarbonate has a Poisson's ratio of 0.37.
 # ASSUME: the paddle's weight does not bend it; the arm and the support are rigid.
 
 from dataclasses import dataclass

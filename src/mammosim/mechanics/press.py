@@ -44,8 +44,9 @@ class PressSettings:
     steps: how many equal ones to begin with, also the largest; penetration_mm: the largest accepted.
     penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
     modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
-    of the lagged friction forces, relative. solver: by default without trusted steps, since contact opens
-    and closes (decisions/mechanics_newton.md).
+    of the lagged friction forces, relative. path_tolerance: of the free forces, relative, in all steps but
+    the last, between rigid plates without friction, which need no more. solver: by default without trusted
+    steps, since contact opens and closes (decisions/mechanics_newton.md).
     """
 
     steps: int = 8
@@ -54,6 +55,7 @@ class PressSettings:
     penalty_kpa_per_mm: float | None = None
     parts: int = 2
     friction_tolerance: float = 1e-3
+    path_tolerance: float = 1e-5
     solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0, stagnation=8)))
 
 
@@ -78,6 +80,15 @@ class Stage:
     def penetration(self) -> float:
         """How deep the skin is in a plate at most, mm."""
         return max(contact.state(self.x).penetration for contact in self.contacts)
+
+    def meets_an_edge(self, within_mm: float) -> bool:
+        """Whether skin touches the rounded edge of a plate, or will when it comes nearer by as much."""
+        for contact in self.contacts:
+            y, d = contact.at_points(self.x)
+            across = np.abs(contact.obstacle.material(y[d < within_mm])[:, :2])
+            if np.any(across > contact.obstacle.half_sizes[:2] - contact.obstacle.radius):
+                return True
+        return False
 
     def surroundings(self) -> tuple[Effect, ...]:
         """Contacts and friction, as they acted in this step."""
@@ -129,6 +140,20 @@ class Press:
             raise StepFailed("the shape found is unstable", stage.x, indefinite=True)
         stage = replace(stage, history=tuple(history), seconds=time.perf_counter() - began)
         return self._carried(stage)
+
+    def finished(self, stage: Stage) -> Stage:
+        """The stage to the full tolerance."""
+        newton, history = self.settings.solver.newton, list(stage.history)
+        return replace(
+            stage, x=converge(self._system(stage), stage.x, newton, history), history=tuple(history)
+        )
+
+    @property
+    def _newton(self) -> NewtonSettings:
+        newton = self.settings.solver.newton
+        if self.plates.paddle.unknowns or self.plates.friction:
+            return newton
+        return replace(newton, tolerance=max(newton.tolerance, self.settings.path_tolerance))
 
     def _require_clear_of_held_skin(self, last: Stage, thickness: float) -> None:
         """Raise MechanicsError where held skin, which nothing can push out, would be in a plate."""
@@ -216,7 +241,7 @@ class Press:
 
     def _settled(self, system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
         """The body in equilibrium, by way of a descent where Newton alone does not succeed."""
-        newton = self.settings.solver.newton
+        newton = self._newton
         for enough in _DOWNHILL:
             try:
                 return converge(system, x, newton, history)
