@@ -55,3 +55,20 @@ def _drawn(draw, edge):
 def nearest(mesh, point):
     """The node nearest to a point (3,)."""
     return int(np.argmin(np.linalg.norm(mesh.points - point, axis=1)))
+
+
+def octant_fine_at_the_pole(radius, edge, *, reach, finest):
+    """x, y, z > 0 of a ball about the origin, with elements `finest` within `reach` of (0, radius, 0)."""
+
+    def draw(occ):
+        occ.addSphere(0, 0, 0, radius, angle1=0, angle2=np.pi / 2, angle3=np.pi / 2)
+        field = gmsh.model.mesh.field
+        near = field.add("Ball")
+        for name, value in {"Radius": reach, "Thickness": 0.7 * radius, "YCenter": radius}.items():
+            field.setNumber(near, name, value)
+        field.setNumber(near, "VIn", finest)
+        field.setNumber(near, "VOut", edge)
+        field.setAsBackgroundMesh(near)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", finest)
+
+    return _drawn(draw, edge)

@@ -35,18 +35,18 @@ def shared_analysis() -> Iterator[None]:
 
 
 @contextmanager
-def system_of(potential: Potential, held: np.ndarray) -> Iterator[System]:
+def system_of(potential: Potential, held: np.ndarray, multigrid_above: int | None = None) -> Iterator[System]:
     """The system of a potential, held (n_node, 3) bool; kept for the next inside shared_analysis."""
     systems = _kept.get()
     if systems is None:
-        with System.of(potential, held) as system:
+        with System.of(potential, held, multigrid_above) as system:
             yield system
         return
     for system in systems:
         if _is_like(system, potential, held):
             yield replace(system, potential=potential)
             return
-    systems.append(System.of(potential, held))
+    systems.append(System.of(potential, held, multigrid_above))
     yield systems[-1]
 
 

@@ -13,6 +13,7 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.balance import energy_imbalance
+from mammosim.mechanics.begun import Begun
 from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
@@ -28,28 +29,18 @@ from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.press import Begun, Press, PressSettings, Stage
+from mammosim.mechanics.press import Press, PressSettings, Stage
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
 
-__all__ = [
-    "Begun",
-    "Compression",
-    "Force",
-    "Plates",
-    "PressSettings",
-    "Thickness",
-    "compress",
-    "continued",
-    "released",
-]
+__all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 
 log = logging.getLogger(__name__)
 
+# Contact takes many rough steps of Newton, so that the V-cycle pays from fewer unknowns on (same note).
+MULTIGRID_ABOVE = 5_000
 # The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
 PENALTY_RATIO = 100.0
-# The first step, relative to the largest one.
-_FIRST = 0.25
 _MOST_TRIALS = 20
 # How far beyond first contact the plates part, relative to the way: where flat skin just touches, which
 # points do is left to rounding.
@@ -101,12 +92,7 @@ def compress(
     """
     settings = settings or PressSettings()
     with _press(mesh, effects, plates, held, settings) as press:
-        first = _first_stage(press, mesh)
-        if isinstance(control, Force):
-            stages = _to_force(press, [first], control)
-        else:
-            stages = _to_thickness(press, [first], _within(control.mm, first.thickness))
-        return _compression(press, mesh, stages)
+        return _compression(press, mesh, _to_control(press, [_first_stage(press, mesh)], control))
 
 
 def continued(
@@ -118,24 +104,18 @@ def continued(
     begun: Sequence[Begun],
     settings: PressSettings | None = None,
 ) -> Compression:
-    """As compress, on the way of another compression of the same body, without friction, by a rigid paddle.
+    """As compress, from a way that another compression of the same body went, by a rigid paddle.
 
-    begun: its stages from first contact on; those beyond the control are left out. plates: the same.
-    Raises MechanicsError for plates that yield or hold the skin, or no stage; else as compress does.
+    begun: its stages from first contact on; those beyond the control are left out. plates: at the same place;
+    a paddle that yields begins at rest, for which those of a smaller force are enough: without friction the
+    end does not depend on the way. Raises MechanicsError with friction or without a stage; else as compress.
     """
-    if plates.paddle != Plates.paddle or plates.friction is not None or not begun:
-        raise MechanicsError(
-            "only a way between rigid plates without friction goes on, from one stage at least; use compress"
-        )
+    if plates.friction is not None or not begun:
+        raise MechanicsError("a way can be gone on without friction, and from a stage; use compress")
     settings = settings or PressSettings()
     with _press(mesh, effects, plates, None, settings) as press:
-        stages = [press.resumed(each) for each in begun]
-        if isinstance(control, Force):
-            stages = _to_force(press, stages, control)
-        else:
-            goal = _within(control.mm, stages[0].thickness)
-            stages = _to_thickness(press, [s for s in stages if s.thickness > goal], goal)
-        return _compression(press, mesh, stages)
+        stages = [each.stage(press) for each in begun]
+        return _compression(press, mesh, _to_control(press, stages, control))
 
 
 def released(
@@ -174,7 +154,7 @@ def _press(
     areas = rule.areas(mesh.points, faces)
     boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
     paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
-    with system_of(Potential((*effects, paddle, support)), held) as system:
+    with system_of(Potential((*effects, paddle, support)), held, MULTIGRID_ABOVE) as system:
         yield Press(system, effects, (paddle, support), plates, settings)
 
 
@@ -191,6 +171,14 @@ def _first_stage(press: Press, mesh: TetMesh) -> Stage:
     law = press.plates.friction
     grips = () if law is None else tuple(Grip.none(law, contact) for contact in (paddle, support))
     return Stage(thickness, press.plates.at_rest, x, (paddle, support), grips)
+
+
+def _to_control(press: Press, stages: list[Stage], control: Control) -> list[Stage]:
+    """The stages, those beyond the control left out, and those that follow up to it."""
+    if isinstance(control, Force):
+        return _to_force(press, stages, control)
+    goal = _within(control.mm, stages[0].thickness)
+    return _to_thickness(press, [stage for stage in stages if stage.thickness > goal], goal)
 
 
 def _within(thickness: float, contact: float) -> float:
@@ -215,12 +203,13 @@ def _to_thickness(
     """The stages, and those that follow up to a thickness, or until one is enough."""
     stages = list(stages)
     way = target - stages[-1].thickness
-    # In a step longer than the edge radius skin may come nearer to the side of a plate than to its face.
-    whole = float(np.ptp([target, *(stage.thickness for stage in stages)]))
-    largest = min(whole / press.settings.steps, press.plates.edge_radius_mm)
-    step = _FIRST * largest
+    whole = np.ptp([target, *(stage.thickness for stage in stages)])
+    step = largest = float(whole) / press.settings.steps
     while stages[-1].thickness != target and not enough(stages[-1]):
         left = abs(target - stages[-1].thickness)
+        # In a longer step skin might come nearer to the side of a plate than to its face.
+        if stages[-1].meets_an_edge(step):
+            step = min(step, press.plates.edge_radius_mm)
         goal = target if left <= 1.2 * step else stages[-1].thickness + np.copysign(step, way)
         try:
             stages.append(press.pressed(stages, goal))
@@ -283,7 +272,8 @@ def _between(low: Tried, high: Tried, last: tuple[Tried, Tried], target: float) 
 
 def _compression(press: Press, mesh: TetMesh, stages: list[Stage]) -> Compression:
     """The verified result of stages."""
-    before, last = stages[-2], stages[-1]
+    before, last = stages[-2], press.finished(stages[-1])
+    stages = [*stages[:-1], last]
     potential = Potential((*press.effects, *last.surroundings()))
     system = replace(press.system, potential=potential)
     state = solve(system, mesh.points, start=last.x, settings=press.settings.solver)

@@ -16,7 +16,6 @@ from mammosim.mechanics.pattern import Tangent
 _MOST = 80
 # Shifts relative to D: the smallest that is not zero, and the largest.
 _SMALLEST_SHIFT, _LARGEST_SHIFT = 1e-5, 1e6
-_ENOUGH = 1e-3  # relative residual from which Newton takes over
 _ACCURACY = 1e-3
 
 
@@ -35,8 +34,11 @@ class _Shift(WithoutVolume):
         K.add(self.nodes, self.stiffness[:, None, None, None, None] * np.eye(3))
 
 
-def descend(system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
-    """A shape (n_node, 3) near a minimum, with a definite tangent. Extends the history; raises StepFailed."""
+def descend(system: System, x: np.ndarray, history: list[Iteration], *, enough: float) -> np.ndarray:
+    """A shape (n_node, 3) near a minimum: definite tangent, relative residual at most `enough`.
+
+    Extends the history; raises StepFailed.
+    """
     potential = system.potential
     nodes = np.arange(len(x))[:, None]
     K = potential.tangent(x, system.pattern, projected=True)
@@ -45,7 +47,7 @@ def descend(system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarr
     energy, shift = potential.energy(x), 0.0
     for _ in range(_MOST):
         residual, smallest_J = system.relative_residual(x), potential.smallest_J(x)
-        if residual <= _ENOUGH and shift <= _SMALLEST_SHIFT:
+        if residual <= enough and shift <= _SMALLEST_SHIFT:
             return x
         dx, slope, shift, negative = _direction(system, x, _Shift(nodes, D), shift)
         trial = x + dx

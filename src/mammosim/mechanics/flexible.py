@@ -6,6 +6,7 @@ s runs from the arm, where w = 0, to the chest edge, which is free; at the two s
 """
 
 # ASSUME: the frame holds the paddle at its two sides and at the arm, free to turn; the chest edge is free.
+# ASSUME: polycarbonate has a Poisson's ratio of 0.37.
 # ASSUME: the paddle's weight does not bend it; the arm and the support are rigid.
 
 from dataclasses import dataclass
@@ -145,7 +146,7 @@ def _products(y: np.ndarray, half_sizes: tuple[float, float]) -> tuple[np.ndarra
     w = np.stack([a[0] * b[0] for a in f for b in g], axis=1)
     slope = np.stack([np.stack([a[1] * b[0], a[0] * b[1]], axis=-1) for a in f for b in g], axis=1)
     second = [np.stack([a[2] * b[0], a[1] * b[1], a[1] * b[1], a[0] * b[2]], axis=-1) for a in f for b in g]
-    return w, slope, np.stack(second, axis=1).reshape(len(y), -1, 2, 2)
+    return w, slope, np.stack(second, axis=1).reshape(*w.shape, 2, 2)
 
 
 def _power(s: np.ndarray, i: int, ds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -58,4 +58,4 @@ class Grip:
         places = np.where((self.sticks & sticks)[..., None], places, y)
         anchors = contact.obstacle.material(places.reshape(-1, 3)).reshape(places.shape)
         after = replace(self, anchors=anchors, sticks=sticks)
-        return after.lagged(contact, x), float(np.sum(friction.load * dragged))
+        return after, float(np.sum(friction.load * dragged))

@@ -70,12 +70,14 @@ class System:
     solver: TangentSolver
 
     @classmethod
-    def of(cls, potential: Potential, held: np.ndarray) -> "System":
-        """The system of a potential, held (n_node, 3) bool."""
+    def of(cls, potential: Potential, held: np.ndarray, multigrid_above: int | None = None) -> "System":
+        """The system of a potential, held (n_node, 3) bool; see tangent_solver."""
         elements = [term.connectivity for term in potential.terms if len(term.connectivity)]
         pattern = pattern_of(len(held), elements)
         rows = upper_rows(pattern, held)
-        return cls(potential, held, pattern, rows, tangent_solver(pattern, rows, held, elements))
+        return cls(
+            potential, held, pattern, rows, tangent_solver(pattern, rows, held, elements, multigrid_above)
+        )
 
     def under(self, load_factor: float) -> "System":
         """The same system under a part of its loads."""

@@ -118,6 +118,7 @@ class Tilting:
         return float(np.degrees(q[0]))
 
 
+# ASSUME: skin creeps 0.1 mm before it slips on a plate; static and sliding friction are equal.
 @dataclass(frozen=True)
 class Friction:
     """Coulomb: sticks up to slip_mm with a force that rises to coefficient times the normal one.

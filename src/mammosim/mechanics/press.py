@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mammosim.core.errors import MechanicsError
 from mammosim.mechanics.descent import descend
 from mammosim.mechanics.effects import Effect, RigidPlate
 from mammosim.mechanics.equilibrium import Settings
@@ -28,8 +29,12 @@ log = logging.getLogger(__name__)
 PADDLE_TOLERANCE = 1e-6
 _LARGEST_MOVE_MM = 3.0
 _PROBE_MM = 1e-4  # of finite differences by q
-_MOST_BALANCES = 15
+_MOST_BALANCES = 25
+# Relative residuals to which the energy is lowered where Newton fails, first and again.
+_DOWNHILL = (1e-3, 1e-6)
 _MOST_LAGS = 25
+# How often the penalty is raised fourfold; beyond, the system would lose its digits.
+_MOST_RAISES = 5
 
 
 @dataclass(frozen=True)
@@ -39,8 +44,9 @@ class PressSettings:
     steps: how many equal ones to begin with, also the largest; penetration_mm: the largest accepted.
     penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
     modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
-    of the lagged friction forces, relative. solver: by default without trusted steps, since contact opens
-    and closes (decisions/mechanics_newton.md).
+    of the lagged friction forces, relative. path_tolerance: of the free forces, relative, in all steps but
+    the last, between rigid plates without friction, which need no more. solver: by default without trusted
+    steps, since contact opens and closes (decisions/mechanics_newton.md).
     """
 
     steps: int = 8
@@ -49,6 +55,7 @@ class PressSettings:
     penalty_kpa_per_mm: float | None = None
     parts: int = 2
     friction_tolerance: float = 1e-3
+    path_tolerance: float = 1e-5
     solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0, stagnation=8)))
 
 
@@ -74,21 +81,30 @@ class Stage:
         """How deep the skin is in a plate at most, mm."""
         return max(contact.state(self.x).penetration for contact in self.contacts)
 
+    def meets_an_edge(self, within_mm: float) -> bool:
+        """Whether skin touches the rounded edge of a plate, or will when it comes nearer by as much."""
+        for contact in self.contacts:
+            y, d = contact.at_points(self.x)
+            across = np.abs(contact.obstacle.material(y[d < within_mm])[:, :2])
+            if np.any(across > contact.obstacle.half_sizes[:2] - contact.obstacle.radius):
+                return True
+        return False
+
     def surroundings(self) -> tuple[Effect, ...]:
         """Contacts and friction, as they acted in this step."""
         return (*self.contacts, *(grip.effect(contact) for grip, contact in zip(self.grips, self.contacts)))
 
 
 @dataclass(frozen=True)
-class Begun:
-    """A stage between rigid plates, as it may be kept in a file.
+class _Response:
+    """S (m, m) = dR/dq with the body following, and how it follows, V = dx/dq (m, n_node, 3)."""
 
-    thickness: of the plates, mm; penalty: of their contacts, kPa/mm; x (n_node, 3) mm.
-    """
+    S: np.ndarray
+    V: np.ndarray
 
-    thickness: float
-    penalty: float
-    x: np.ndarray
+    def updated(self, dq: np.ndarray, dR: np.ndarray) -> "_Response":
+        """S that has the change dR by dq which was found, otherwise as before (Broyden 1965)."""
+        return replace(self, S=self.S + np.outer(dR - self.S @ dq, dq) / (dq @ dq))
 
 
 @dataclass(frozen=True)
@@ -104,30 +120,53 @@ class Press:
     plates: Plates
     settings: PressSettings
 
-    def resumed(self, begun: Begun) -> Stage:
-        """The stage that was kept."""
-        boxes = self.plates.at(begun.thickness)
-        paddle, support = (
-            replace(contact, obstacle=box, penalty=begun.penalty) for contact, box in zip(self.apart, boxes)
-        )
-        return Stage(begun.thickness, self.plates.at_rest, begun.x, (paddle, support))
-
     def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
         """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""
         began = time.perf_counter()
+        self._require_clear_of_held_skin(before[-1], thickness)
         history: list[Iteration] = []
         last = before[-1]
-        stage = replace(self._guess(before, thickness), dissipated=last.dissipated)
-        while True:
+        grips = tuple(grip.lagged(contact, last.x) for grip, contact in zip(last.grips, last.contacts))
+        stage = replace(self._guess(before, thickness), grips=grips, dissipated=last.dissipated)
+        for _ in range(_MOST_RAISES + 1):
             stage = self._with_friction(stage, history)
             if stage.penetration <= self.settings.penetration_mm:
                 break
             paddle, support = (replace(c, penalty=4 * c.penalty) for c in stage.contacts)
             stage = replace(stage, contacts=(paddle, support))
+        else:
+            raise StepFailed(f"the skin is {stage.penetration:.2f} mm inside a plate", stage.x)
         if not is_stable(self._system(stage), stage.x):
             raise StepFailed("the shape found is unstable", stage.x, indefinite=True)
         stage = replace(stage, history=tuple(history), seconds=time.perf_counter() - began)
         return self._carried(stage)
+
+    def finished(self, stage: Stage) -> Stage:
+        """The stage to the full tolerance."""
+        newton, history = self.settings.solver.newton, list(stage.history)
+        return replace(
+            stage, x=converge(self._system(stage), stage.x, newton, history), history=tuple(history)
+        )
+
+    @property
+    def _newton(self) -> NewtonSettings:
+        newton = self.settings.solver.newton
+        if self.plates.paddle.unknowns or self.plates.friction:
+            return newton
+        return replace(newton, tolerance=max(newton.tolerance, self.settings.path_tolerance))
+
+    def _require_clear_of_held_skin(self, last: Stage, thickness: float) -> None:
+        """Raise MechanicsError where held skin, which nothing can push out, would be in a plate."""
+        nodes = np.unique(self.apart[0].faces)
+        nodes = nodes[self.system.held[nodes].all(axis=1)]
+        if len(nodes) == 0:
+            return
+        depth = -min(box.distance(last.x[nodes]).min() for box in self.plates.at(thickness, last.q))
+        if depth > self.settings.penetration_mm:
+            raise MechanicsError(
+                f"the plates meet the chest wall: at {thickness:.1f} mm, held skin would be {depth:.1f} mm "
+                "inside one of them; move their chest edge outward, or ask for a larger thickness"
+            )
 
     def _carried(self, stage: Stage) -> Stage:
         """The stage with the grips that the next one begins with."""
@@ -179,27 +218,37 @@ class Press:
             Potential(state.surroundings()[len(state.contacts) :]).gradient(stage.x)
             for state in (stage, after)
         )
-        scale = np.linalg.norm(Potential(stage.contacts).gradient(stage.x))
-        return float(np.linalg.norm(new - old) / scale) if scale else 0.0
+        pressing = np.linalg.norm(Potential(stage.contacts).gradient(stage.x))
+        scale = max(float(pressing), float(np.linalg.norm(old)))
+        return float(np.linalg.norm(new - old)) / scale if scale else 0.0
 
     def _balanced(self, stage: Stage, history: list[Iteration]) -> Stage:
-        """Body and paddle in equilibrium."""
+        """Body and paddle in equilibrium: S exact at first, then updated, as contact has kinks."""
+        stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
+        R, scale = self._paddle_forces(stage)
+        response: _Response | None = None
         for _ in range(_MOST_BALANCES):
-            stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
-            R, scale = self._paddle_forces(stage)
             if np.all(np.abs(R) <= PADDLE_TOLERANCE * scale):
                 return stage
-            stage = self._paddle_step(stage, R)
+            response = response or self._response(stage)
+            dq = self._paddle_step(response, R)
+            stage = self._followed(stage, dq, response)
+            stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
+            before = R
+            R, scale = self._paddle_forces(stage)
+            response = response.updated(dq, R - before)
         raise StepFailed(f"the paddle did not come to rest: {np.abs(R).max():.3g} mN are left", stage.x)
 
     def _settled(self, system: System, x: np.ndarray, history: list[Iteration]) -> np.ndarray:
         """The body in equilibrium, by way of a descent where Newton alone does not succeed."""
-        newton = self.settings.solver.newton
-        try:
-            return converge(system, x, newton, history)
-        except StepFailed as failure:
-            log.info("downhill, since Newton failed: %s", failure)
-            return converge(system, descend(system, failure.x, history), newton, history)
+        newton = self._newton
+        for enough in _DOWNHILL:
+            try:
+                return converge(system, x, newton, history)
+            except StepFailed as failure:
+                log.info("downhill, since Newton failed: %s", failure)
+                x = descend(system, failure.x, history, enough=enough)
+        return converge(system, x, newton, history)
 
     def _paddle_forces(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
         """R (m,) = K q + dP/dq, and what it is measured against."""
@@ -225,11 +274,22 @@ class Press:
     def _energy(self, stage: Stage, q: np.ndarray) -> float:
         return Potential(self._moved(stage, q).surroundings()).energy(stage.x)
 
-    def _paddle_step(self, stage: Stage, R: np.ndarray) -> Stage:
-        """One Newton step of the paddle with the body following, dq = - S^-1 R, dx = (dx/dq) dq."""
+    def _paddle_step(self, response: "_Response", R: np.ndarray) -> np.ndarray:
+        """dq (m,) = - S^-1 R, cut where the face would move too far."""
+        dq = -np.linalg.solve(response.S, R)
+        reach = self.plates.paddle.reach(self.plates.half_sizes)
+        return dq * min(1.0, _LARGEST_MOVE_MM / float(np.abs(dq * reach).sum()))
+
+    def _followed(self, stage: Stage, dq: np.ndarray, response: "_Response") -> Stage:
+        """The paddle moved by dq, and the body with it where J stays positive."""
+        moved = self._moved(stage, stage.q + dq)
+        x = stage.x + np.einsum("m,mai->ai", dq, response.V)
+        return replace(moved, x=x) if self._system(moved).potential.smallest_J(x) > 0 else moved
+
+    def _response(self, stage: Stage) -> "_Response":
+        """Of paddle and body to small changes of q."""
         probes = self._probes()
         V = self._following(stage, probes)
-        K = self.plates.paddle.stiffness(self.plates.half_sizes)
         columns = []
         for dq, dx in zip(probes, V):
             ahead, behind = (
@@ -237,12 +297,8 @@ class Press:
                 for s in (1, -1)
             )
             columns.append((ahead - behind) / (2 * np.abs(dq).sum()))
-        dq = -np.linalg.solve(K + np.array(columns).T, R)
-        reach = self.plates.paddle.reach(self.plates.half_sizes)
-        dq *= min(1.0, _LARGEST_MOVE_MM / np.abs(dq * reach).sum())
-        x = stage.x + np.einsum("m,mai->ai", dq / np.diag(probes), V)
-        moved = self._moved(stage, stage.q + dq)
-        return replace(moved, x=x) if self._system(moved).potential.smallest_J(x) > 0 else moved
+        K = self.plates.paddle.stiffness(self.plates.half_sizes)
+        return _Response(K + np.array(columns).T, V / np.diag(probes)[:, None, None])
 
     def _following(self, stage: Stage, probes: np.ndarray) -> np.ndarray:
         """How the body follows small changes of q: (m, n_node, 3) of K dx = - d2P/dxdq dq."""

@@ -213,11 +213,16 @@ class MultigridSolver:
 
 
 def tangent_solver(
-    pattern: Pattern, rows: UpperRows, held: np.ndarray, elements: list[np.ndarray]
+    pattern: Pattern,
+    rows: UpperRows,
+    held: np.ndarray,
+    elements: list[np.ndarray],
+    multigrid_above: int | None = None,
 ) -> TangentSolver:
     """The solver for a mesh: multigrid for many unknowns on quadratic tetrahedra, direct for all others."""
     tetrahedra = [cells for cells in elements if cells.shape[1] == 10]
-    if len(rows.free) <= MULTIGRID_ABOVE or not tetrahedra:
+    limit = MULTIGRID_ABOVE if multigrid_above is None else multigrid_above
+    if len(rows.free) <= limit or not tetrahedra:
         return DirectSolver(rows)
     cells = np.vstack(tetrahedra)
     if len(np.unique(cells)) < pattern.n_node:

@@ -20,6 +20,7 @@ from mammosim.mechanics.effects import (
 )
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium, held_nodes
 from mammosim.study.hard_cases_bodies import body
+from mammosim.study.hard_cases_presses import Pressing
 
 _BROAD_MM, _EDGE_MM = 300.0, 10.0  # half sizes of the block whose upper face is a plane wall, its edge radius
 
@@ -32,6 +33,7 @@ class Scene:
 
     wall: of contact with the skin, penalty contact [kPa/mm], or of sliding, (eps, kappa) [kPa/mm].
     held (n_node, 3) bool; start (n_node, 3) mm, where the held nodes stay; load_steps to begin with.
+    press: the plates, if there are any, between which it comes under its weight.
     """
 
     mesh: TetMesh
@@ -44,6 +46,7 @@ class Scene:
     contact: float | None = None
     sliding: tuple[float, float] | None = None
     load_steps: int = 1
+    press: Pressing | None = None
 
     def effects(self) -> tuple[Effect, ...]:
         """Everything elastic, and the walls."""
@@ -61,6 +64,8 @@ class Scene:
         Raises MechanicsError for an ill-posed scene, EquilibriumError when no verified one was reached.
         """
         weight = () if self.gravity is None else (Weight.of(self.mesh, self.tissues, self.gravity),)
+        if self.press is not None:
+            return self.press.equilibrium(self.mesh, (*self.effects(), *weight), self.held)
         return equilibrium(
             self.mesh,
             self.effects(),
@@ -91,6 +96,7 @@ def scene(values: Mapping[str, Any]) -> Scene:
         contact=values.get("contact_kpa_mm"),
         sliding=tuple(values["sliding_kpa_mm"]) if "sliding_kpa_mm" in values else None,
         load_steps=values.get("load_steps", 1),
+        press=Pressing.of(**values["press"]) if "press" in values else None,
     )
 
 

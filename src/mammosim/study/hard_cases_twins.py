@@ -35,8 +35,9 @@ def turned(scene: Scene, *, degrees: list[float]) -> Twin:
         else replace(scene.wall, centre=R @ scene.wall.centre, axes=R @ scene.wall.axes)
     )
     gravity = None if scene.gravity is None else R @ scene.gravity
-    there = replace(scene, mesh=scene.mesh.moved_to(scene.mesh.points @ R.T), gravity=gravity, wall=wall)
-    return Twin(there, lambda x: x @ R)
+    mesh = scene.mesh.moved_to(scene.mesh.points @ R.T)
+    press = scene.press and scene.press.turned(R)
+    return Twin(replace(scene, mesh=mesh, gravity=gravity, wall=wall, press=press), lambda x: x @ R)
 
 
 def shifted(scene: Scene, *, mm: list[float]) -> Twin:

@@ -10,8 +10,9 @@ import pandas as pd
 from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import tissues_by_label
+from mammosim.mechanics.begun import Begun
 from mammosim.mechanics.body import Skin, body_effects
-from mammosim.mechanics.compression import Begun, Compression, compress, continued
+from mammosim.mechanics.compression import Compression, compress, continued
 from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
@@ -21,6 +22,8 @@ from mammosim.study.touch import path_of
 STANDARD = "standard"
 # A force, and a mean pressure, are met within these parts of them.
 FORCE_TOLERANCE, PRESSURE_TOLERANCE = 1e-3, 0.02
+# A paddle that yields leaves the way of the rigid one at this part of the force that it is to reach.
+YIELDS_FROM = 0.5
 # On a mesh the area of contact grows in jumps: where one passes the pressure, the plates stop this near it.
 JUMP_MM = 0.5
 Step = tuple[float, float]  # distance of the plates in mm, and mean pressure there in kPa
@@ -71,15 +74,19 @@ class Scene:
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
 
-        A rigid paddle goes the way of the standard strategy, as far as that is known. The path has the area
-        and pressures of study.touch.
+        Every paddle goes the way of the standard strategy, as far as that is known and of use: the path of
+        one that yields begins where it leaves that way, and has no work. Area and pressures: study.touch.
         """
-        body = (self.mesh, self.effects)
-        if paddle == Rigid() and self.standard:
-            found = continued(*body, plates=self.plates, control=control, begun=self.standard.begun())
-        else:
-            found = compress(*body, plates=replace(self.plates, paddle=paddle), control=control)
-        return replace(found, path=path_of(found))
+        body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
+        begun = self.standard.begun(paddle, control) if self.standard else ()
+        if not begun:
+            found = compress(*body, plates=plates, control=control)
+            return replace(found, path=path_of(found))
+        found = continued(*body, plates=plates, control=control, begun=begun)
+        path = path_of(found)
+        if paddle != Rigid():
+            path = path.iloc[len(begun) :].assign(work_uj=np.nan)
+        return replace(found, path=path)
 
     def standard_path(self) -> pd.DataFrame:
         """Of the standard strategy. Raises MechanicsError where that is not known."""
@@ -113,9 +120,15 @@ class Way:
         """The shapes by their names."""
         return dict(zip(self.names(len(self.shapes)), self.shapes, strict=True))
 
-    def begun(self) -> tuple[Begun, ...]:
-        """Its stages."""
-        steps = zip(self.path.readout_mm, self.path.penalty_kpa_per_mm, self.shapes)
+    def begun(self, paddle: Paddle, control: Control) -> tuple[Begun, ...]:
+        """Its stages that a paddle can begin with: one that yields, of less than half the force."""
+        path = self.path
+        if paddle != Rigid():
+            below = (
+                path.force_n < YIELDS_FROM * control.newton if isinstance(control, Force) else path.index < 0
+            )
+            path = path[below]
+        steps = zip(path.readout_mm, path.penalty_kpa_per_mm, self.shapes)
         return tuple(Begun(float(thickness), float(penalty), x) for thickness, penalty, x in steps)
 
 

@@ -6,7 +6,7 @@ import pandas as pd
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import SUBTRIANGLES, TetMesh
-from mammosim.mechanics.compression import Plates
+from mammosim.mechanics.paddles import Plates
 
 COLUMNS = ["outward_mm", "across_mm", "thickness_mm"]
 

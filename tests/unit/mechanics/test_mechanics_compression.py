@@ -1,15 +1,19 @@
 """Two plates press with equal forces, do the work that the body stores, and go where they are asked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mechanics_bodies import box
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.labels import Label
+from mammosim.core.rigid import rotation
 from mammosim.core.tissues import Tissue
 from mammosim.core.units import MN_PER_N
 from mammosim.mechanics.body import body_effects
-from mammosim.mechanics.compression import Plates, PressSettings, Thickness, compress
+from mammosim.mechanics.compression import Force, Plates, PressSettings, Thickness, compress, released
+from mammosim.mechanics.effects import Weight
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.newton import NewtonSettings
 from mammosim.mechanics.strain import cell_strain
@@ -94,9 +98,9 @@ def test_an_impossible_thickness_is_refused(block):
 
 def test_compression_that_fails_names_the_thickness_it_reached(block):
     few = PressSettings(
-        smallest_step_mm=1.0, solver=Settings(newton=NewtonSettings(max_iterations=2, trusted=0))
+        smallest_step_mm=1.0, solver=Settings(newton=NewtonSettings(max_iterations=1, trusted=0))
     )
-    with pytest.raises(EquilibriumError, match=r"compression to 18 mm stopped at 24\.00 mm"):
+    with pytest.raises(EquilibriumError, match=r"compression to 18 mm stopped at 2[0-4]\.\d\d mm"):
         compress(
             block,
             body_effects(block, TISSUES),
@@ -110,3 +114,70 @@ def test_plates_beside_the_body_are_refused(block):
     far = Plates(np.array([200.0, 0.0, 0.0]), np.eye(3), np.array([20.0, 20.0, 10.0]), 5.0)
     with pytest.raises(MechanicsError, match="no skin node lies between the plates"):
         compress(block, body_effects(block, TISSUES), plates=far, control=Thickness(18.0))
+
+
+def test_the_paddle_is_carried_by_support_and_chest(pressed):
+    """All forces along the axis, each summed by itself: exact but for the residual, 1e-8 of the largest."""
+    path = pressed.path.iloc[1:]
+    carried = path["support_force_n"] + path["chest_force_n"]
+    assert carried.to_numpy() == pytest.approx(path["force_n"].to_numpy(), rel=1e-6)
+
+
+def test_unloading_returns_to_the_start(pressed, block):
+    """Without friction the way back ends in the stress-free shape, with the forces of the way there."""
+    back = released(block, body_effects(block, TISSUES), pressed)
+    assert np.abs(back.points - block.points).max() < 1e-6
+    assert back.path["force_n"].iloc[0] == pressed.path["force_n"].iloc[-1]
+    assert back.path["force_n"].iloc[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_force_asked_for_is_met(block, pressed):
+    """And at the thickness at which a compression by thickness has that force."""
+    asked = pressed.path["force_n"].iloc[-1]
+    found = compress(
+        block, body_effects(block, TISSUES), plates=plates_for(block), control=Force(asked, smallest_mm=10.0)
+    )
+    assert found.path["force_n"].iloc[-1] == pytest.approx(asked, rel=Force(asked).tolerance)
+    assert found.path["readout_mm"].iloc[-1] == pytest.approx(18.0, abs=1e-3)
+
+
+def test_a_force_that_the_smallest_thickness_does_not_give_is_refused(block):
+    with pytest.raises(EquilibriumError, match=r"at the smallest thickness, 22 mm, the force is .* N, less"):
+        compress(
+            block,
+            body_effects(block, TISSUES),
+            plates=plates_for(block),
+            control=Force(50.0, smallest_mm=22.0),
+        )
+
+
+def test_a_turned_scene_has_the_same_compression(block, pressed):
+    """As mediolateral oblique is to craniocaudal: body and plates turned together."""
+    R, plates = rotation(np.array([20.0, -50.0, 130.0])), plates_for(block)
+    turned = block.moved_to(block.points @ R.T)
+    found = compress(
+        turned,
+        body_effects(turned, TISSUES),
+        plates=replace(plates, centre=R @ plates.centre, axes=R @ plates.axes),
+        control=Thickness(18.0),
+    )
+    assert found.points @ R == pytest.approx(pressed.points, abs=1e-6)
+    for name in ("force_n", "support_force_n", "chest_force_n", "contact_area_mm2"):
+        # Where the plates just touch, rounding says which points do.
+        there = found.path[name].to_numpy()[1:]
+        assert there == pytest.approx(pressed.path[name].to_numpy()[1:], abs=1e-6)
+
+
+def test_weight_acts_before_the_plates_do(block):
+    """The plates start where they touch the body as it hangs, and then carry or are pushed by its weight."""
+    heavy = {Label.ADIPOSE: Tissue(5.0, 0.45, 1.0)}
+    down = np.array([0.0, -1.0, 0.0])
+    weight = Weight.of(block, heavy, down)
+    found = compress(
+        block, (*body_effects(block, heavy), weight), plates=plates_for(block), control=Thickness(20.0)
+    )
+    path = found.path
+    assert path["readout_mm"].iloc[0] > 24.0
+    assert path["support_force_n"].iloc[-1] > path["force_n"].iloc[-1]
+    carried = path["support_force_n"] + path["chest_force_n"]
+    assert carried.to_numpy() == pytest.approx(path["force_n"].to_numpy(), abs=1e-6)

@@ -19,8 +19,11 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics import effects
 from mammosim.mechanics.body import Fascia, Skin
 from mammosim.mechanics.effects import (
+    SIX_POINTS,
     Attraction,
+    BentBox,
     Buoyancy,
+    CoulombFriction,
     EllipticCylinder,
     Fibres,
     MixedNeoHookean,
@@ -33,13 +36,17 @@ from mammosim.mechanics.effects import (
     Weight,
     chest_wall_contact,
 )
+from mammosim.mechanics.flexible import Bending, PlateModes
 from mammosim.mechanics.reference import face_quadrature
 
 TISSUES = {Label.ADIPOSE: Tissue(1.0, 0.45, 0.95)}
 NEARLY_INCOMPRESSIBLE = {Label.ADIPOSE: Tissue(1.0, 0.4999, 0.95)}
 TURN = rotation(np.array([30.0, -70.0, 110.0]))
 # Effects of what surrounds the body: they hold it, or weigh on it, in one place and direction.
-SURROUNDINGS = ("weight", "part of the weight", "water", "plate", "chest wall", "sliding", "attraction")
+SURROUNDINGS = (
+    *("weight", "part of the weight", "water", "plate", "bent plate", "friction"),
+    *("chest wall", "sliding", "attraction"),
+)
 ELASTIC = ("bulk", "nearly incompressible bulk", "skin", "fascia", "fibres", "stiffening fibres", "springs")
 NAMES = ELASTIC + SURROUNDINGS
 
@@ -73,11 +80,28 @@ def effect(name, R=None):
         "part of the weight": lambda: Scaled(weight, 0.3),
         "water": lambda: Buoyancy.of(mesh, down, level_mm=1.0, waterline_mm=6.0),
         "plate": lambda: RigidPlate(faces, face_quadrature(mesh.points, faces).areas, paddle, 3.0),
+        "bent plate": lambda: RigidPlate(faces, SIX_POINTS.areas(mesh.points, faces), bent(paddle), 3.0),
+        "friction": lambda: friction(faces, R),
         "chest wall": lambda: chest_wall_contact(mesh, ribs, boundary="skin", penalty=3.0),
         "attraction": lambda: attraction(faces, R),
         "sliding": lambda: Sliding.of(mesh, ribs, normal_stiffness=5.0, tangential_stiffness=0.3),
     }
     return made[name]()
+
+
+def bent(paddle):
+    """Two modes of a few millimetres on a plate as large as the body."""
+    modes = PlateModes.of(1.0, 0.3, (8.0, 7.0), 3)
+    return BentBox(paddle, Bending(modes, np.array([0.6, -0.3, 0.2])))
+
+
+def friction(faces, R):
+    """On places around the body, some within the slip, with normals turned by R (3, 3)."""
+    rng, shape = generator("friction"), (len(faces), 6)
+    normals = rng.standard_normal((*shape, 3))
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    places, load = rng.uniform(0, 12, (*shape, 3)), rng.uniform(0, 5, shape)
+    return CoulombFriction(faces, SIX_POINTS, load, normals @ R.T, places @ R.T, 8.0)
 
 
 def attraction(faces, R):

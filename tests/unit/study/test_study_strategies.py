@@ -176,3 +176,15 @@ def test_a_strategy_that_cannot_be_meant_is_refused_with_advice(schema, values, 
         check_settings({"standard": STANDARD, "mine": values}, schema, files=["mine.yaml"])
     assert words in str(error.value)
     assert "mine" in str(error.value)
+
+
+def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(scene, after, standard):
+    newton = float(standard.path.force_n.iloc[-1])
+    hinged = Strategy.of(
+        {"paddle": {"tilting": {"stiffness_n_mm_per_rad": 50.0}}, "until": {"force_n": newton}}
+    )
+    short, whole = hinged.press(after), hinged.press(scene)
+    assert len(short.path) < len(whole.path)
+    # Both meet the force within 1e-3 of it; the stiffness of the block is above force over thickness.
+    assert np.abs(short.points - whole.points).max() < 1e-3 * 30.0
+    assert short.path.tilt_deg.iloc[-1] == pytest.approx(whole.path.tilt_deg.iloc[-1], rel=5e-3)

@@ -5,7 +5,7 @@ import pytest
 
 from mammosim.core.errors import MeshError
 from mammosim.core.rigid import rotation
-from mammosim.mechanics.compression import Plates
+from mammosim.mechanics.paddles import Plates
 from mammosim.study.thickness import thickness_map
 
 FORWARD_UP = np.column_stack([[0.0, -1, 0], [1.0, 0, 0], [0.0, 0, 1]])

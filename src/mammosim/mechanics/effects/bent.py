@@ -29,6 +29,16 @@ class BentBox:
     box: RoundedBox
     deflection: Deflection
 
+    @property
+    def half_sizes(self) -> np.ndarray:
+        """Of the straight box (3,), mm."""
+        return self.box.half_sizes
+
+    @property
+    def radius(self) -> float:
+        """Of its edges, mm."""
+        return self.box.radius
+
     def _straightened(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """x - w a (n, 3), grad w (n, 3) and the second derivatives (n, 3, 3) of w in space."""
         R = self.box.axes

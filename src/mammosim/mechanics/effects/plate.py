@@ -62,7 +62,18 @@ class RoundedBox:
 
 
 class PlateFace(Obstacle, Protocol):
-    """An obstacle with coordinates of its own, which move with it."""
+    """An obstacle with coordinates of its own, which move with it.
+
+    half_sizes (3,) mm along them, and the radius of its edges, mm.
+    """
+
+    @property
+    def half_sizes(self) -> np.ndarray:
+        """See above."""
+
+    @property
+    def radius(self) -> float:
+        """See above."""
 
     def material(self, x: np.ndarray) -> np.ndarray:
         """Its coordinates (n, 3) of points (n, 3), mm."""
