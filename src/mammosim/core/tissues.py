@@ -11,6 +11,8 @@ from mammosim.core.labels import Label
 
 # A modulus above this was almost certainly given in Pa: tendon, the stiffest soft tissue, is about 1e6 kPa.
 LARGEST_MODULUS_KPA = 1e5
+# What has a modulus, in the order of every table of moduli.
+WITH_MODULUS = ("adipose", "glandular", "skin", "fascia", "muscle")
 
 
 @dataclass(frozen=True)

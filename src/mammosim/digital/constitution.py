@@ -9,14 +9,13 @@ import pandas as pd
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue
+from mammosim.core.tissues import WITH_MODULUS, Tissue
 from mammosim.digital.anatomy import Anatomy
 from mammosim.mechanics.body import Body, Ligaments, Skin
 from mammosim.mechanics.sides import SIDES, sided_body
 
 MIDDLE_MM = 0.0  # x of the plane between her sides, in the body frame
 SOLIDS = ("adipose", "glandular", "muscle")
-TISSUES = ("adipose", "glandular", "skin", "fascia", "muscle")  # in the order of every table of moduli
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Constitution:
     def moduli(self) -> pd.DataFrame:
         """Her true moduli: side, tissue, true_kpa, which is 0 for what she does not have."""
         # ASSUME: digital volunteers have no superficial fascia.
-        rows = [(side, name, self.moduli_kpa[side].get(name, 0.0)) for side in SIDES for name in TISSUES]
+        rows = [(side, name, self.moduli_kpa[side].get(name, 0.0)) for side in SIDES for name in WITH_MODULUS]
         return pd.DataFrame(rows, columns=["side", "tissue", "true_kpa"])
 
     def _tissues(self, side: str) -> dict[Label, Tissue]:

@@ -36,7 +36,7 @@ def sweep(table: pd.DataFrame) -> Figure:
             marker=MARKERS[number],
         )
     error.plot([], [], color=QUIET, lw=0.9, ls=(0, (4, 3)), label="before modelling")
-    error.set(ylabel="nipple to measured prone nipple (mm)", title="nipple error")
+    error.set(ylabel="predicted to measured nipple (mm)", title="nipple error")
     way.set(ylabel="largest displacement (mm)", title="supine to prone")
     for ax in (error, way):
         _draw_modulus_axis(ax, table.youngs_modulus_kpa)

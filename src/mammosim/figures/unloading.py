@@ -51,7 +51,7 @@ def _draw(ax: Axes, rows: pd.DataFrame, column: str) -> None:
         marker = MARKERS[number % len(MARKERS)]
         ax.loglog(
             part.youngs_modulus_kpa,
-            part[column].clip(lower=LEAST),
+            part[column].where(part.outcome == "found").clip(lower=LEAST),
             marker=marker,
             label=str(method).replace("_", " "),
             **style,

@@ -25,7 +25,7 @@ from mammosim.meshing.nearest import NearestOnTriangles
 from mammosim.study.configuration import gravity_vector
 from mammosim.study.points import MaterialPoints
 
-# Skin this near to where a body was cut out is held there: it says nothing about moduli.
+# Skin this near to where a body was cut out is held there, or follows what is: it says nothing about moduli.
 CUT_MM = 20.0
 # Skin with less tissue than this between it and what is held hardly moves either; after a fit it leaves two
 # to three times what the breasts leave, whose elements are smaller (decisions/identification.md).

@@ -9,6 +9,7 @@ import pandas as pd
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rng import generator
+from mammosim.core.tissues import WITH_MODULUS
 from mammosim.mechanics.ligaments import faces_between
 from mammosim.mechanics.reference import cell_quadrature, face_quadrature
 from mammosim.mechanics.sides import SIDES
@@ -24,8 +25,6 @@ UNRESOLVED = (
     "a lower bound: the layer is thinner than two elements, whose cells hold fat as well, which softens "
     "what is fitted; above it nothing is known but what was assumed"
 )
-# In the order of every table of moduli.
-ROWS = ("adipose", "glandular", "skin", "fascia", "muscle")
 # Draws stay within these standard deviations of the prior's mean, where the prior means anything.
 WITHIN = 3.0
 LARGEST_POISSON_RATIO = 0.4999
@@ -39,7 +38,7 @@ def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float
     rows = [
         _fascia_row(problem, fit, side, fascia_mm) if tissue == "fascia" else _row(problem, fit, side, tissue)
         for side in SIDES
-        for tissue in ROWS
+        for tissue in WITH_MODULUS
     ]
     return pd.DataFrame(rows).assign(volunteer=volunteer)[["volunteer", *rows[0]]]
 

@@ -11,13 +11,12 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.body import Body
 from mammosim.meshing.distance import distance_opposite, distance_to_rim
+from mammosim.study.pair import CUT_MM
 from mammosim.study.points import MaterialPoints
 from mammosim.study.sweep import VERIFIED
 
 MOVING = ("breast", "nipple")  # kinds of fiducials that move with the skin
 NIPPLES = ("nipple_left", "nipple_right")
-# Skin this near to where a body was cut out is held there, or follows what is; the chest is about as thick.
-CUT_MM = 20.0
 
 
 @dataclass(frozen=True)
