@@ -14,7 +14,7 @@ from mammosim.xray.phantom import Phantom
 from mammosim.xray.scene import Scene
 from mammosim.xray.tallies import Estimate
 
-MAP_BLOCK = 100_000  # histories; adding up a map costs as much as some ten thousand
+MAP_BLOCK = 50_000  # histories; adding up a map costs as much as some ten thousand
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from mammosim.xray.emission import Triple
 from mammosim.xray.flight import LOST_AFTER_MM, MIXED, Body, faces, inverse, next_box
 from mammosim.xray.stream import compiled
 
+EVEN = 1e-6  # below, exp(-x) is 1 - x to rounding
 T, TAU, SCATTERS, MATERIAL = 0, 1, 2, 3  # columns of a path
 
 
@@ -107,9 +108,17 @@ def through_tile(
 
 
 @compiled
-def scattering_point(path: np.ndarray, n: int, u: float) -> tuple[float, float, int]:
-    """Distance, optical depth and material where the share u of the path's scattering depth is reached."""
-    s = u * path[n, SCATTERS]
+def scattering_point(path: np.ndarray, n: int, u: float, kappa: float) -> tuple[float, float, int, float]:
+    """A place to scatter at: its distance, optical depth and material, and one over its density p(s).
+
+    s, the depth of scattering so far, is drawn by u from p(s) ~ exp(-kappa s tau/S), with tau, S of the whole
+    path: kappa is 0 where all places promise the same, and 1 where only the attenuation up to there counts.
+    """
+    S = path[n, SCATTERS]
+    k = kappa * path[n, TAU] / S
+    whole = 1 - math.exp(-k * S)
+    even = k * S < EVEN
+    s = u * S if even else -math.log(1 - u * whole) / k
     low, high = 0, n
     while high - low > 1:
         middle = (low + high) // 2
@@ -118,9 +127,10 @@ def scattering_point(path: np.ndarray, n: int, u: float) -> tuple[float, float, 
         else:
             high = middle
     width = path[high, SCATTERS] - path[low, SCATTERS]
-    share = (s - path[low, SCATTERS]) / width if width > 0 else 1.0
+    share = min((s - path[low, SCATTERS]) / width, 1.0) if width > 0 else 1.0
     t = path[low, T] + share * (path[high, T] - path[low, T])
-    return t, path[low, TAU] + share * (path[high, TAU] - path[low, TAU]), int(path[high, MATERIAL])
+    tau = path[low, TAU] + share * (path[high, TAU] - path[low, TAU])
+    return t, tau, int(path[high, MATERIAL]), S if even else whole / (k * math.exp(-k * s))
 
 
 @compiled
