@@ -27,9 +27,10 @@ from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.press import Press, PressSettings, Stage
+from mammosim.mechanics.press import Press
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
+from mammosim.mechanics.stage import PressSettings, Stage
 
 __all__ = ["Compression", "Force", "Plates", "PressSettings", "Thickness", "compress", "released"]
 
