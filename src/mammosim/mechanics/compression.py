@@ -136,7 +136,12 @@ def _press(
     boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
     paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
     with system_of(Potential((*effects, paddle, support)), held, MULTIGRID_ABOVE) as system:
-        yield Press(system, effects, (paddle, support), plates, settings)
+        try:
+            yield Press(system, effects, (paddle, support), plates, settings)
+        except StepFailed as failure:
+            raise EquilibriumError(
+                f"the last step of the compression failed: {failure}; use more steps, or a finer mesh"
+            ) from failure
 
 
 def _first_stage(press: Press, mesh: TetMesh) -> Stage:
