@@ -13,9 +13,9 @@ def main(table: str, out: str) -> None:
     force = practice.loc["de Groot 2015", "force"]
     marks = Marks(
         force_n=(force.low, force.high),
-        force_source="practice [de Groot 2013, 2015]",
+        force_source="practice",
         pressure_kpa=practice.loc["de Groot 2015", "standardised pressure"]["mean"],
-        pressure_source="de Groot 2013",
+        pressure_source="10 kPa, de Groot",
     )
     write_figure(curves(read_table(table), marks), out)
 

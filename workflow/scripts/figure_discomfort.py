@@ -1,6 +1,7 @@
 """Strain, energy and pressure in one breast, by every strategy that was not refused."""
 
 import _log
+import numpy as np
 
 from mammosim.figures.strategies import Strained, discomfort
 from mammosim.io.figures import write_figure
@@ -16,7 +17,9 @@ def main(files: dict, strategies: list[str], out: str) -> None:
             measures = {each: read_cell_data(shape, each) for each in ("logarithmic", "energy_kpa")}
             pressed[name] = Strained(read_mesh(shape), pressure_kpa=pressure, **measures)
     facts = read_json(files["plates"])
-    write_figure(discomfort(pressed, cut_x_mm=(facts["low_x_mm"] + facts["high_x_mm"]) / 2), out)
+    x = (facts["low_x_mm"] + facts["high_x_mm"]) / 2
+    z = (facts["support_z_mm"] + facts["paddle_z_mm"]) / 2
+    write_figure(discomfort(pressed, centre=np.array([x, facts["chest_y_mm"], z])), out)
 
 
 if __name__ == "__main__":

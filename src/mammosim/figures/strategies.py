@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.render import Camera, render
-from mammosim.figures.style import QUIET, SEQUENTIAL, SERIES, new_figure, picture_axes, scale_bar, styled
+from mammosim.figures.style import INK, QUIET, SEQUENTIAL, SERIES, new_figure, picture_axes, scale_bar, styled
 from mammosim.figures.surfaces import coloured_skin, cut_solid
 
 QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
@@ -23,6 +24,7 @@ QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact
 LINES = ("-", "--", ":", "-.")
 CUT, ABOVE = Camera.at(62, 14), Camera.at(0, 89.9)
 UNTOUCHED = (0.88, 0.86, 0.84)
+FRAME_MM = 75.0  # around the middle of the plates
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,12 @@ def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
             colour, line = SERIES[strategies.index(strategy)], LINES[breasts.index(breast) % len(LINES)]
             _draw_way(row, way, colour, line)
         row[0].set_title(f"{name} moduli")
-    for ax, (_, _, label) in zip(axes.T, QUANTITIES):
-        for panel in ax:
+    for column, (_, _, label) in zip(axes.T, QUANTITIES):
+        for panel in column:
             panel.set_ylabel(label)
             if "area" not in label:
                 _logarithmic(panel)
-    figure.supxlabel("distance of the plates (mm)", fontsize=9)
+        column[-1].set_xlabel("plates apart (mm)")
     axes[0, 0].xaxis.set_inverted(True)
     _draw_marks(axes, marks)
     for strategy, colour in zip(strategies, SERIES):
@@ -104,12 +106,13 @@ def _draw_marks(axes: np.ndarray, marks: Marks) -> None:
 def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     """How thick the pressed breast is, seen from above, a panel per strategy on a common scale.
 
-    maps: strategy -> rows of study.thickness.thickness_map, none where it was refused. Lines are 2 mm apart.
+    maps: strategy -> rows of study.thickness.thickness_map, none where it was refused. Lines are 5 mm
+    apart; the scale ends a quarter above the thickest median.
     """
     figure = new_figure(2.7)
     axes = figure.subplots(1, len(maps), squeeze=False, sharex=True, sharey=True)[0]
-    largest = float(pd.concat(maps.values()).thickness_mm.max())
-    scale = Normalize(largest / 2, largest)
+    medians = [rows.thickness_mm.median() for rows in maps.values() if len(rows)]
+    scale = Normalize(0.6 * min(medians), 1.25 * max(medians))
     for ax, (name, rows) in zip(axes, maps.items()):
         if rows.empty:
             _say_refused(ax, name)
@@ -118,7 +121,7 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
             ax.set_title(f"{name}\nmedian {rows.thickness_mm.median():.1f} mm", fontsize=8)
     axes[0].set_ylabel("from the chest edge (mm)")
     colours = ScalarMappable(scale, SEQUENTIAL)
-    figure.colorbar(colours, ax=axes, shrink=0.75, extend="min", label="thickness (mm)")
+    figure.colorbar(colours, ax=axes, shrink=0.75, extend="both", label="thickness (mm)")
     return figure
 
 
@@ -127,7 +130,7 @@ def _draw_map(ax: Axes, rows: pd.DataFrame, scale: Normalize) -> None:
     grid = rows.pivot(index="outward_mm", columns="across_mm", values="thickness_mm")
     place = (grid.columns.to_numpy(float), grid.index.to_numpy(float), grid.to_numpy(float))
     ax.pcolormesh(*place, cmap=SEQUENTIAL, norm=scale, shading="nearest", rasterized=True)
-    levels = np.arange(0.0, float(rows.thickness_mm.max()), 2.0)
+    levels = np.arange(0.0, scale.vmax or 0.0, 5.0)
     ax.contour(*place, levels=levels, colors="white", linewidths=0.4)
     picture_axes(ax)
     ax.set_xlabel("across (mm)")
@@ -149,10 +152,11 @@ class Strained:
 
 
 @styled
-def discomfort(pressed: Mapping[str, Strained], *, cut_x_mm: float) -> Figure:
+def discomfort(pressed: Mapping[str, Strained], *, centre: np.ndarray) -> Figure:
     """Strain and energy on a cut, pressure on the skin from above: a column per strategy, a scale per row.
 
-    cut_x_mm: elements at a larger x are taken away. Scales end where 1 % of the cells go beyond.
+    centre (3,) mm of the plates: elements at a larger x are taken away, and what is far from it is not shown.
+    Scales end where 1 % of the cells go beyond.
     """
     figure = new_figure(5.4)
     axes = figure.subplots(3, len(pressed), squeeze=False)
@@ -160,15 +164,15 @@ def discomfort(pressed: Mapping[str, Strained], *, cut_x_mm: float) -> Figure:
     for row, (field, label) in zip(axes, of_cells):
         scale = _scale([getattr(each, field) for each in pressed.values()])
         for ax, each in zip(row, pressed.values()):
-            kept = each.mesh.points[each.mesh.cells[:, :4]].mean(axis=1)[:, 0] <= cut_x_mm
+            kept = each.mesh.points[each.mesh.cells[:, :4]].mean(axis=1)[:, 0] <= centre[0]
             rgb = colormaps[SEQUENTIAL](scale(getattr(each, field)))[:, :3]
-            _show(ax, cut_solid(each.mesh, kept, rgb), CUT)
+            _show(ax, cut_solid(each.mesh, kept, rgb), CUT, centre, ink="white")
         figure.colorbar(ScalarMappable(scale, SEQUENTIAL), ax=row, shrink=0.8, label=label)
     scale = Normalize(0, max(float(each.pressure_kpa.max()) for each in pressed.values()) or 1.0)
     for ax, each in zip(axes[2], pressed.values()):
         rgb = colormaps["plasma"](scale(each.pressure_kpa))[:, :3]
         rgb[each.pressure_kpa <= 0] = UNTOUCHED
-        _show(ax, coloured_skin(each.mesh, rgb), ABOVE)
+        _show(ax, coloured_skin(each.mesh, rgb), ABOVE, centre)
     figure.colorbar(ScalarMappable(scale, "plasma"), ax=axes[2], shrink=0.8, label="pressure (kPa)")
     for ax, name in zip(axes[0], pressed):
         ax.set_title(name)
@@ -179,9 +183,11 @@ def _scale(values: list[np.ndarray]) -> Normalize:
     return Normalize(0, max(float(np.percentile(each, 99)) for each in values) or 1.0)
 
 
-def _show(ax: Axes, solid, camera: Camera) -> None:  # type: ignore[no-untyped-def]
-    render((solid,), camera, columns=320).show(ax)
-    scale_bar(ax)
+def _show(ax: Axes, solid, camera: Camera, centre: np.ndarray, *, ink: str = INK) -> None:  # type: ignore[no-untyped-def]
+    right, up, _ = camera.project(centre[None])[0]
+    extent = (right - FRAME_MM, right + FRAME_MM, up - 0.8 * FRAME_MM, up + 0.8 * FRAME_MM)
+    render((solid,), camera, columns=280, extent=extent).show(ax)
+    scale_bar(ax, colour=ink)
 
 
 @styled
@@ -189,7 +195,7 @@ def amounts(table: pd.DataFrame) -> Figure:
     """How much tissue and skin lies above the marks of each measure: a bar per strategy, a row per breast.
 
     table: rows of study.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
-    measure's marks is darker; hatched bars have the other moduli.
+    measure's marks is darker. A colour per set of moduli.
     """
     shown = table[table.tissue.isin(["all", "skin"])]
     measures, breasts = (
@@ -202,15 +208,26 @@ def amounts(table: pd.DataFrame) -> Figure:
         for ax, measure in zip(row, measures):
             rows = shown[(shown.volunteer + " " + shown.side == breast) & (shown.measure == measure)]
             _draw_bars(ax, rows)
-            ax.set_ylabel(f"{'skin' if measure == 'pressure_kpa' else 'tissue'} ({rows.unit.iloc[0]})")
+            ax.set_ylabel(f"{'skin' if measure == 'pressure_kpa' else 'tissue'} ({UNITS[rows.unit.iloc[0]]})")
         row[0].set_title(breast)
     for ax, measure in zip(axes[-1], measures):
-        ax.set_xlabel(MEASURES[measure])
+        marks = " and ".join(
+            f"{mark:g}" for mark in sorted(shown[shown.measure == measure].threshold.unique())
+        )
+        ax.set_xlabel(f"{MEASURES[measure].format(marks)}", fontsize=8)
+    names = zip(SERIES, dict.fromkeys(shown.moduli))
+    handles = [Patch(color=colour, label=f"{name} moduli") for colour, name in names]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure
 
 
-MEASURES = {"logarithmic": "logarithmic strain", "green_lagrange": "Green-Lagrange strain",
-            "energy_kpa": "elastic energy", "pressure_kpa": "contact pressure"}  # fmt: skip
+MEASURES = {
+    "logarithmic": "logarithmic strain\nfrom {}",
+    "green_lagrange": "Green-Lagrange strain\nfrom {}",
+    "energy_kpa": "elastic energy\nfrom {} kPa",
+    "pressure_kpa": "contact pressure\nfrom {} kPa",
+}
+UNITS = {"cm3": "cm³", "cm2": "cm²"}
 
 
 def _draw_bars(ax: Axes, rows: pd.DataFrame) -> None:
@@ -220,8 +237,6 @@ def _draw_bars(ax: Axes, rows: pd.DataFrame) -> None:
         for depth, mark in enumerate(marks):
             these = rows[(rows.moduli == name) & (rows.threshold == mark)].set_index("strategy").amount
             places = [strategies.index(s) + (number - (len(moduli) - 1) / 2) * width for s in these.index]
-            ax.bar(places, these, 0.9 * width, color=SERIES[number], alpha=(1 + depth) / len(marks),
-                   label=f"{name}, at least {mark:g}")  # fmt: skip
+            ax.bar(places, these, 0.9 * width, color=SERIES[number], alpha=(1 + depth) / len(marks))
     ax.set_xticks(range(len(strategies)), strategies, rotation=60)
     ax.grid(False, axis="x")
-    ax.legend(fontsize=6)

@@ -12,7 +12,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import tissues_by_label
 from mammosim.mechanics.begun import Begun
 from mammosim.mechanics.body import Skin, body_effects
-from mammosim.mechanics.compression import Compression, compress, continued
+from mammosim.mechanics.compression import Compression, PressSettings, compress, continued
 from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
@@ -22,8 +22,9 @@ from mammosim.study.touch import path_of
 STANDARD = "standard"
 # A force, and a mean pressure, are met within these parts of them.
 FORCE_TOLERANCE, PRESSURE_TOLERANCE = 1e-3, 0.02
-# A paddle that yields leaves the way of the rigid one at this part of the force that it is to reach.
-YIELDS_FROM = 0.5
+# A paddle that yields leaves the way of the rigid one at this part of the force that it is to reach; in
+# longer steps the tissue may slip out toward the chest, to a state that never reaches it.
+YIELDS_FROM, YIELDING_STEPS = 0.5, 16
 # On a mesh the area of contact grows in jumps: where one passes the pressure, the plates stop this near it.
 JUMP_MM = 0.5
 Step = tuple[float, float]  # distance of the plates in mm, and mean pressure there in kPa
@@ -78,11 +79,12 @@ class Scene:
         one that yields begins where it leaves that way, and has no work. Area and pressures: study.touch.
         """
         body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
+        settings = PressSettings() if paddle == Rigid() else PressSettings(steps=YIELDING_STEPS)
         begun = self.standard.begun(paddle, control) if self.standard else ()
         if not begun:
-            found = compress(*body, plates=plates, control=control)
+            found = compress(*body, plates=plates, control=control, settings=settings)
             return replace(found, path=path_of(found))
-        found = continued(*body, plates=plates, control=control, begun=begun)
+        found = continued(*body, plates=plates, control=control, begun=begun, settings=settings)
         path = path_of(found)
         if paddle != Rigid():
             path = path.iloc[len(begun) :].assign(work_uj=np.nan)

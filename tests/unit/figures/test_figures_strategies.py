@@ -58,7 +58,7 @@ def test_strain_energy_and_pressure_stand_in_rows_with_a_scale_each(torso):
         name: Strained(mesh, np.linspace(0, 1, n_cell), np.linspace(0, 2, n_cell), np.linspace(-1, 5, n_face))
         for name, mesh in (("standard", torso.mesh), ("reduced", torso.flat))
     }
-    figure = discomfort(strained, cut_x_mm=75.0)
+    figure = discomfort(strained, centre=np.array([75.0, -60.0, 0.0]))
     pictures = [ax for ax in figure.axes if any(isinstance(child, AxesImage) for child in ax.images)]
     assert len(pictures) == 3 * 2
     bars = [ax.get_ylabel() for ax in figure.axes if ax.get_label() == "<colorbar>"]
