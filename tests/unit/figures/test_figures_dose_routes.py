@@ -42,6 +42,6 @@ def test_every_quantity_of_the_report_has_its_point():
         }
     )
     axes = verification(table).axes
-    assert [ax.get_title() for ax in axes] == ["16.8 keV", "Mo/Mo 30 kVp"]
+    assert [ax.get_title(loc="left") for ax in axes] == ["16.8 keV", "Mo/Mo 30 kVp"]
     points, *_ = axes[0].containers[1].lines
     assert list(points.get_xdata()) == [0.1, -1.0]
