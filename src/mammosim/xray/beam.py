@@ -12,6 +12,7 @@ from mammosim.xray.phantom import AIR, Phantom
 from mammosim.xray.spectrum import Spectrum
 
 BLOCK_MM = 10.0
+PLACES = 100  # along each axis of the detector
 
 
 def body_of(phantom: Phantom, tables: Matter) -> Body:
@@ -92,11 +93,14 @@ def _alias_table(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return scaled, alias
 
 
-def require_outside(phantom: Phantom, geometry: Geometry, detector: Detector) -> None:
-    """Raises XrayError when the source, or the centre of a detector cell, is in a voxel that is not air."""
-    rows, columns = np.indices(detector.shape).reshape(2, -1, 1)
-    centres = detector.origin + detector.pixel_mm * (columns * detector.u + rows * detector.v)
-    for name, points in (("source", geometry.source[None]), ("detector", centres)):
+def require_outside(phantom: Phantom, geometry: Geometry) -> None:
+    """Raises XrayError when the source, or one of a grid of places on the detector, is not in air."""
+    detector = geometry.detector
+    rows, columns = (np.linspace(0, n - 1, min(n, PLACES)).round() for n in detector.shape)
+    centres = detector.origin + detector.pixel_mm * (
+        columns[None, :, None] * detector.u + rows[:, None, None] * detector.v
+    )
+    for name, points in (("source", geometry.source[None]), ("detector", centres.reshape(-1, 3))):
         at = np.round(phantom.grid.indices(points)).astype(int)
         held = np.all((at >= 0) & (at < phantom.grid.shape), axis=1)
         if np.any(phantom.index[tuple(at[held].T)] != AIR):

@@ -27,7 +27,7 @@ class Scene:
     spectrum: Spectrum
 
     def __post_init__(self) -> None:
-        require_outside(self.phantom, self.geometry, self.geometry.detector)
+        require_outside(self.phantom, self.geometry)
 
     @cached_property
     def matter(self) -> Matter:

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.beam import body_of, field_of, require_outside
 from mammosim.xray.blocks import FEWEST_BLOCKS, Goal, Limits, relative, run_blocks
 from mammosim.xray.geometry import Geometry
-from mammosim.xray.interactions import matter
 from mammosim.xray.phantom import Phantom
+from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.tallies import Estimate, Tallies, tallies
 from mammosim.xray.tracking import track_block
@@ -61,12 +60,11 @@ def transport(
         )
     detector = geometry.detector.binned(cell_mm)
     boxes = np.zeros((0, 2, 3)) if regions is None else np.asarray(regions, float).reshape(-1, 2, 3)
-    require_outside(phantom, geometry, detector)
-    tables = matter(phantom.materials, float(spectrum.energies_kev[-1]))
-    body, beam = body_of(phantom, tables), field_of(geometry.source, detector, spectrum)
+    scene = Scene(phantom, geometry, spectrum)
+    parts = (scene.body, scene.matter, scene.beam(detector), boxes.reshape(-1, 6))
 
     def kernel(b: int, *rows: np.ndarray) -> None:
-        track_block(body, tables, beam, boxes.reshape(-1, 6), b, accuracy.block, seed, *rows)
+        track_block(*parts, b, accuracy.block, seed, *rows)
 
     def error(estimates: list[Estimate]) -> float:
         energy = estimates[0]
@@ -75,10 +73,4 @@ def transport(
     shapes = ((len(phantom.materials),), (len(boxes),), (3, *detector.shape), (2,))
     goal = Goal(f"the energy in material {accuracy.index}", error, accuracy.relative_error)
     run = run_blocks(kernel, shapes, goal, block=accuracy.block, limits=Limits(accuracy.max_histories))
-    photons = photons_per_mas(geometry, spectrum)
-    return tallies(run.estimates, run.histories, photons, detector)
-
-
-def photons_per_mas(geometry: Geometry, spectrum: Spectrum) -> float:
-    """How many photons start towards the detector, per mAs: N d^2 Omega."""
-    return float(spectrum.fluence.sum() * spectrum.distance_mm**2 * geometry.solid_angle())
+    return tallies(run.estimates, run.histories, scene.photons_per_mas, detector)
