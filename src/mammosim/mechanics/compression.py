@@ -18,8 +18,6 @@ from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
     Effect,
-    MixedNeoHookean,
-    NeoHookean,
     RigidPlate,
     Weight,
     six_points_in_each,
@@ -32,7 +30,7 @@ from mammosim.mechanics.potential import Potential
 from mammosim.mechanics.press import Press
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
-from mammosim.mechanics.stage import PressSettings, Stage
+from mammosim.mechanics.stage import PressSettings, Stage, default_penalty
 
 __all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 
@@ -40,8 +38,6 @@ log = logging.getLogger(__name__)
 
 # Contact takes many rough steps of Newton, so that the V-cycle pays from fewer unknowns on (same note).
 MULTIGRID_ABOVE = 5_000
-# The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
-PENALTY_RATIO = 100.0
 _MOST_TRIALS = 20
 # How far beyond first contact the plates part, relative to the way: where flat skin just touches, which
 # points do is left to rounding.
@@ -151,7 +147,7 @@ def _press(
     held = require_well_posed(mesh, held)
     faces = faces_of(mesh, "skin")
     rule = six_points_in_each(settings.parts)
-    penalty = settings.penalty_kpa_per_mm or _penalty(effects)
+    penalty = settings.penalty_kpa_per_mm or default_penalty(effects)
     areas = rule.areas(mesh.points, faces)
     boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
     paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
@@ -193,14 +189,6 @@ def _within(thickness: float, contact: float) -> float:
             f"thickness {thickness:g} mm is outside (0, {contact:.1f}), where the plates touch first"
         )
     return thickness
-
-
-def _penalty(effects: tuple[Effect, ...]) -> float:
-    """PENALTY_RATIO times the median shear modulus of the cells, per mm."""
-    mu = np.concatenate(
-        [effect.mu for effect in effects if isinstance(effect, (NeoHookean, MixedNeoHookean))]
-    )
-    return PENALTY_RATIO * float(np.median(mu))
 
 
 def _to_thickness(

@@ -4,10 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mammosim.mechanics.effects import Effect, RigidPlate
+from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidPlate
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import Iteration, NewtonSettings
+
+# The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
+PENALTY_RATIO = 100.0
 
 
 @dataclass(frozen=True)
@@ -66,3 +69,11 @@ class Stage:
     def surroundings(self) -> tuple[Effect, ...]:
         """Contacts and friction, as they acted in this step."""
         return (*self.contacts, *(grip.effect(contact) for grip, contact in zip(self.grips, self.contacts)))
+
+
+def default_penalty(effects: tuple[Effect, ...]) -> float:
+    """PENALTY_RATIO times the median shear modulus of the cells, per mm."""
+    mu = np.concatenate(
+        [effect.mu for effect in effects if isinstance(effect, (NeoHookean, MixedNeoHookean))]
+    )
+    return PENALTY_RATIO * float(np.median(mu))
