@@ -7,6 +7,7 @@ another glandularity; s for another anode and filter.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from scipy.interpolate import RegularGridInterpolator
 
 from mammosim.core.errors import XrayError
@@ -48,25 +49,23 @@ def dance_dose(
     s = tabulated("dance_s").set_index("combination")["s"]
     if combination not in s.index:
         raise XrayError(f"no s for {combination!r}; choose one of: {', '.join(s.index)}")
-    g = np.exp(_between("dance_g", "g", hvl_mm_al, thickness_mm))
+    even = tabulated("dance_g")
+    g = np.exp(_between(even, np.log(even["g"]), hvl_mm_al, thickness_mm))
     if glandularity_percent == EVEN_PERCENT:
         return DanceDose(g, 1.0, float(s[combination]), SECONDARY)
     # ASSUME: c is linear in glandularity, through 1 at one half.
-    per_percent = _between("dance_c", "c", hvl_mm_al, thickness_mm)
+    typical = tabulated("dance_c")
+    slopes = (typical["c"] - 1) / (EVEN_PERCENT - typical["glandularity_percent"])
+    per_percent = _between(typical, slopes, hvl_mm_al, thickness_mm)
     c = 1 + per_percent * (EVEN_PERCENT - glandularity_percent)
     return DanceDose(g, c, float(s[combination]), UNVERIFIED)
 
 
-def _between(name: str, column: str, hvl_mm_al: float, thickness_mm: float) -> float:
-    """log g, or c's change per percent of glandularity: linear in half-value layer and log thickness.
+def _between(table: pd.DataFrame, values: pd.Series, hvl_mm_al: float, thickness_mm: float) -> float:
+    """A value per row of a table, linear in half-value layer and log thickness.
 
     Raises XrayError outside the table.
     """
-    table = tabulated(name)
-    if column == "g":
-        values = np.log(table["g"])
-    else:
-        values = (table["c"] - 1) / (EVEN_PERCENT - table["glandularity_percent"])
     grid = table.assign(values=values).pivot(index="hvl_mm_al", columns="thickness_mm", values="values")
     axes = grid.index.to_numpy(), grid.columns.to_numpy()
     for at, axis, what in zip(
