@@ -29,9 +29,10 @@ from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.press import Press, PressSettings, Stage
+from mammosim.mechanics.press import Press
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
+from mammosim.mechanics.stage import PressSettings, Stage
 
 __all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 
@@ -155,7 +156,12 @@ def _press(
     boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
     paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
     with system_of(Potential((*effects, paddle, support)), held, MULTIGRID_ABOVE) as system:
-        yield Press(system, effects, (paddle, support), plates, settings)
+        try:
+            yield Press(system, effects, (paddle, support), plates, settings)
+        except StepFailed as failure:
+            raise EquilibriumError(
+                f"the last step of the compression failed: {failure}; use more steps, or a finer mesh"
+            ) from failure
 
 
 def _first_stage(press: Press, mesh: TetMesh) -> Stage:

@@ -10,18 +10,17 @@ P is the energy of the contacts, with friction of both plates; it depends on q t
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.mechanics.descent import descend
 from mammosim.mechanics.effects import Effect, RigidPlate
-from mammosim.mechanics.equilibrium import Settings
-from mammosim.mechanics.grip import Grip
 from mammosim.mechanics.newton import Iteration, NewtonSettings, StepFailed, System, converge, is_stable
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.stage import PressSettings, Stage
 
 log = logging.getLogger(__name__)
 
@@ -35,64 +34,6 @@ _DOWNHILL = (1e-3, 1e-6)
 _MOST_LAGS = 25
 # How often the penalty is raised fourfold; beyond, the system would lose its digits.
 _MOST_RAISES = 5
-
-
-@dataclass(frozen=True)
-class PressSettings:
-    """How a compression is solved.
-
-    steps: how many equal ones to begin with, also the largest; penetration_mm: the largest accepted.
-    penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
-    modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
-    of the lagged friction forces, relative. path_tolerance: of the free forces, relative, in all steps but
-    the last, between rigid plates without friction, which need no more. solver: by default without trusted
-    steps, since contact opens and closes (decisions/mechanics_newton.md).
-    """
-
-    steps: int = 8
-    smallest_step_mm: float = 0.2
-    penetration_mm: float = 0.1
-    penalty_kpa_per_mm: float | None = None
-    parts: int = 2
-    friction_tolerance: float = 1e-3
-    path_tolerance: float = 1e-5
-    solver: Settings = field(default_factory=lambda: Settings(newton=NewtonSettings(trusted=0, stagnation=8)))
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A body pressed to a thickness, with the unknowns q (m,) of the paddle.
-
-    contacts: paddle and support; grips: theirs, empty without friction; dissipated: by friction in all steps
-    so far, uJ; history: of the Newton iterations of this step.
-    """
-
-    thickness: float
-    q: np.ndarray
-    x: np.ndarray
-    contacts: tuple[RigidPlate, RigidPlate]
-    grips: tuple[Grip, ...] = ()
-    dissipated: float = 0.0
-    history: tuple[Iteration, ...] = ()
-    seconds: float = 0.0
-
-    @property
-    def penetration(self) -> float:
-        """How deep the skin is in a plate at most, mm."""
-        return max(contact.state(self.x).penetration for contact in self.contacts)
-
-    def meets_an_edge(self, within_mm: float) -> bool:
-        """Whether skin touches the rounded edge of a plate, or will when it comes nearer by as much."""
-        for contact in self.contacts:
-            y, d = contact.at_points(self.x)
-            across = np.abs(contact.obstacle.material(y[d < within_mm])[:, :2])
-            if np.any(across > contact.obstacle.half_sizes[:2] - contact.obstacle.radius):
-                return True
-        return False
-
-    def surroundings(self) -> tuple[Effect, ...]:
-        """Contacts and friction, as they acted in this step."""
-        return (*self.contacts, *(grip.effect(contact) for grip, contact in zip(self.grips, self.contacts)))
 
 
 @dataclass(frozen=True)
@@ -142,8 +83,9 @@ class Press:
         return self._carried(stage)
 
     def finished(self, stage: Stage) -> Stage:
-        """The stage to the full tolerance."""
+        """The stage to the full tolerance, by plain steps: so near, energies differ by rounding alone."""
         newton, history = self.settings.solver.newton, list(stage.history)
+        newton = replace(newton, trusted=newton.max_iterations)
         return replace(
             stage, x=converge(self._system(stage), stage.x, newton, history), history=tuple(history)
         )

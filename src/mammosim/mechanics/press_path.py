@@ -5,7 +5,8 @@ import pandas as pd
 
 from mammosim.core.units import MN_PER_N
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.press import Press, Stage
+from mammosim.mechanics.press import Press
+from mammosim.mechanics.stage import Stage
 
 
 def force_n(stage: Stage, axis: np.ndarray) -> float:
