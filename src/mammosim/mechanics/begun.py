@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mammosim.mechanics.press import Press, Stage
+from mammosim.mechanics.press import Press
+from mammosim.mechanics.stage import Stage
 
 
 @dataclass(frozen=True)

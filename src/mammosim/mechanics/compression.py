@@ -52,9 +52,9 @@ class Compression:
     yields), force_n (of the skin on the paddle along the axis), support_force_n, chest_force_n (on the body
     by held nodes, chest wall and weight, so that the first is the sum of the others), contact_area_mm2 and
     mean_pressure_kpa of the paddle, peak_pressure_kpa (largest mean of a face over its part in contact),
-    penetration_mm, tilt_deg, deflection_mm (largest of the paddle's face), energy_uj (of body, contact and
-    paddle), dissipated_uj (by friction), smallest_J, iterations (of Newton), seconds, work_uj (of the plates,
-    by trapezoids).
+    penalty_kpa_per_mm, penetration_mm, tilt_deg, deflection_mm (largest of the paddle's face), energy_uj (of
+    body, contact and paddle), dissipated_uj (by friction), smallest_J, iterations (of Newton), seconds,
+    work_uj (of the plates, by trapezoids).
     """
 
     points: np.ndarray
@@ -103,16 +103,13 @@ def continued(
 ) -> Compression:
     """As compress, from a way that another compression of the same body went, by a rigid paddle.
 
-    begun: its stages from first contact on; those beyond the control are left out. plates: at the same place;
-    a paddle that yields begins at rest, for which those of a smaller force are enough: without friction the
-    end does not depend on the way. Raises MechanicsError with friction or without a stage; else as compress.
+    begun: its stages from first contact on; those beyond the control are left out. plates: at the same place,
+    a paddle that yields at rest. Raises MechanicsError with friction or without a stage, else as compress.
     """
     if plates.friction is not None or not begun:
         raise MechanicsError("a way can be gone on without friction, and from a stage; use compress")
-    settings = settings or PressSettings()
-    with _press(mesh, effects, plates, None, settings) as press:
-        stages = [each.stage(press) for each in begun]
-        return _compression(press, mesh, _to_control(press, stages, control))
+    with _press(mesh, effects, plates, None, settings or PressSettings()) as press:
+        return _compression(press, mesh, _to_control(press, [each.stage(press) for each in begun], control))
 
 
 def released(
