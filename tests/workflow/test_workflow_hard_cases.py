@@ -25,6 +25,7 @@ FAMILIES = {
     "equal problems",
     "path",
     "bad input",
+    "compression",
 }
 TINY = """
 cases:
