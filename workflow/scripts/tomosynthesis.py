@@ -1,6 +1,7 @@
 """Slices of one compressed breast by tomosynthesis: views with noise and scatter, two reconstructions."""
 
 import time
+from functools import partial
 
 import _log
 import numpy as np
@@ -10,7 +11,7 @@ from mammosim.core.rng import generator, seed_of
 from mammosim.core.volume import Image
 from mammosim.io.images import read_labels, write_image
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.tomosynthesis import Arc, Masks, slices_grid
+from mammosim.study.tomosynthesis import Arc, Masks, lesion_alone, slices_grid
 from mammosim.study.view import spectrum_from
 from mammosim.xray.reconstruction import filtered_backprojection, sart
 from mammosim.xray.systems import system_named
@@ -32,13 +33,16 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
     b = arc.integrals(labels, mas=mas, scatter=scatter, rng=generator(seed, *job.values(), "views"))
     grid = slices_grid(labels, voxel_mm=given["pixel_mm"], slice_mm=given["slice_mm"])
     masks, rows, profiles = Masks.of(labels, grid), [], []
-    for method, slices in {
-        "filtered_backprojection": filtered_backprojection(b, arc.geometries, grid),
-        "sart": sart(b, arc.geometries, grid, iterations=given["iterations"]),
-    }.items():
-        rows.append(job | {"method": method, "views": system.views, "mas": mas} | masks.row(slices.image))
-        profiles.append(masks.profile(slices.image).assign(method=method))
-        write_image(Image(grid, slices.image.values.astype(np.float32)), files[method])
+    methods = {
+        "filtered_backprojection": filtered_backprojection,
+        "sart": partial(sart, iterations=given["iterations"]),
+    }
+    for method, reconstructed in methods.items():
+        slices = reconstructed(b, arc.geometries, grid).image
+        rows.append(job | {"method": method, "views": system.views, "mas": mas} | masks.row(slices))
+        lesion = lesion_alone(arc, labels, grid, reconstructed)
+        profiles.append(masks.profile(lesion).assign(method=method))
+        write_image(Image(grid, slices.values.astype(np.float32)), files[method])
     write_table(pd.DataFrame(rows).assign(seconds=time.perf_counter() - clock), files["rows"])
     write_table(pd.concat(profiles), files["profiles"])
 

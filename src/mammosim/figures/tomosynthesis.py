@@ -36,7 +36,7 @@ def tomosynthesis(
             rows.height_mm, rows.difference_per_mm / peak, color=SERIES[number], label=TITLES[str(method)]
         )
     axes[1, 1].axhline(0, color="0.7", lw=0.8)
-    axes[1, 1].set(xlabel="above the lesion (mm)", ylabel="contrast, of that in its slice")
+    axes[1, 1].set(xlabel="above the lesion (mm)", ylabel="contrast, of that in its own slice")
     axes[1, 1].legend()
     return figure
 

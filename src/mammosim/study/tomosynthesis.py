@@ -1,7 +1,7 @@
 """Tomosynthesis of a compressed breast: views over an arc with their noise and scatter, and slices."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -12,11 +12,12 @@ from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, Image, LabelMap, grid_around
 from mammosim.study.image_chain import Taken
 from mammosim.study.mammogram import View, scatter_behind, xray_phantom
+from mammosim.study.phantom import healthy
 from mammosim.xray.detector import Scatter, expose
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.observer import cnr
 from mammosim.xray.projector import primary
-from mammosim.xray.reconstruction import line_integrals
+from mammosim.xray.reconstruction import Slices, line_integrals
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.systems import System, tomosynthesis_geometries
 
@@ -24,6 +25,7 @@ from mammosim.xray.systems import System, tomosynthesis_geometries
 LEAST_TRANSMISSION = 1e-4
 # Background around the lesion in a slice, in mm from its edge.
 RING_MM = (2.0, 8.0)
+Reconstruction = Callable[[Sequence[np.ndarray], Sequence[Geometry], Grid], Slices]
 
 
 @dataclass(frozen=True)
@@ -156,9 +158,21 @@ class Masks:
         found = cnr(slices.values[self.slice], self.lesion, self.ring)
         return {"cnr": found.cnr, "cnr_se": found.standard_error}
 
-    def profile(self, slices: Image) -> pd.DataFrame:
-        """height_mm of every slice over the lesion's, and there the difference of lesion and ring, 1/mm."""
-        V = slices.values
-        height = slices.grid.spacing[2] * (np.arange(len(V)) - self.slice)
+    def profile(self, lesion: Image) -> pd.DataFrame:
+        """height_mm of every slice over the lesion's, and there what the lesion adds, less around it, 1/mm.
+
+        lesion: slices with the lesion less slices without it.
+        """
+        V = lesion.values
+        height = lesion.grid.spacing[2] * (np.arange(len(V)) - self.slice)
         difference = V[:, self.lesion].mean(axis=1) - V[:, self.ring].mean(axis=1)
         return pd.DataFrame({"height_mm": height, "difference_per_mm": difference})
+
+
+def lesion_alone(arc: Arc, labels: LabelMap, grid: Grid, reconstructed: Reconstruction) -> Image:
+    """What a lesion adds to the slices: those of exact views with it less those without, free of noise."""
+    bare = replace(arc, effects=())
+    rng = np.random.default_rng(0)  # nothing is drawn from it
+    views = (bare.integrals(body, mas=1.0, scatter=(), rng=rng) for body in (labels, healthy(labels)))
+    with_it, without = (reconstructed(b, arc.geometries, grid).image.values for b in views)
+    return Image(grid, with_it - without)

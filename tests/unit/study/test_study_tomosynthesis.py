@@ -8,7 +8,7 @@ from mammosim.core.labels import Label
 from mammosim.core.rng import generator
 from mammosim.core.volume import Image, LabelMap, grid_around
 from mammosim.study.mammogram import tissue_materials
-from mammosim.study.tomosynthesis import Arc, Masks, ScatterAt, between, slices_grid
+from mammosim.study.tomosynthesis import Arc, Masks, ScatterAt, between, lesion_alone, slices_grid
 from mammosim.xray.attenuation import linear_attenuation
 from mammosim.xray.detector import Scatter
 from mammosim.xray.geometry import Detector
@@ -91,8 +91,15 @@ def test_a_lesion_stands_out_of_its_slice():
     assert grid.points(np.array([[masks.slice, 0, 0]], float))[0, 2] == pytest.approx(20.0, abs=2.0)
     found = masks.row(slices)
     assert found["cnr"] > 3 + 3 * found["cnr_se"]
-    profile = masks.profile(slices)
+
+
+def test_what_a_lesion_adds_is_most_in_its_own_slice_and_nothing_where_there_is_none():
+    labels = breast(12.0)
+    scan, grid = arc(labels, ("quantum_noise",)), slices_grid(labels, voxel_mm=2.0, slice_mm=4.0)
+    alone = lesion_alone(scan, labels, grid, sart)
+    profile = Masks.of(labels, grid).profile(alone)
     assert profile.height_mm[profile.difference_per_mm.idxmax()] == pytest.approx(0.0, abs=4.0)
+    assert not lesion_alone(scan, breast(), grid, sart).values.any()
 
 
 def test_slices_of_a_breast_without_lesion_have_no_contrast_to_measure():
