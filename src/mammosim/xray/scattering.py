@@ -61,11 +61,13 @@ class Photon(NamedTuple):
 
 class Promise(NamedTuple):
     """By which photons are judged: `fair` contributes enough to be followed; optical depth grows by `slope`
-    per mm of height above `bottom`, the height of the body's lower end, mm."""
+    per mm of height above `bottom`, the height of the body's lower end, mm, up to that of the whole body:
+    above it there is air, from where a photon promises no less."""
 
     fair: float
     slope: float
     bottom: float
+    whole: float
 
 
 @compiled
@@ -108,7 +110,7 @@ def chance(p: Photon, promise: Promise, worth: float, field: Field) -> float:
     """What the photon promises, in units of what is fair; worth: of the cell that it flies to."""
     down = -dot(p.along, field.n)
     height = dot(p.at, field.n) - dot(field.corner, field.n)
-    tau = promise.slope * max(height - promise.bottom, 0.0)
+    tau = min(promise.slope * max(height - promise.bottom, 0.0), promise.whole)
     hope = (AGAIN if down > 0 else UPWARD) * math.exp(-tau)
     if worth > 0:
         hope += worth * math.exp(-tau / down)
@@ -166,7 +168,7 @@ def history(setting: Setting, first: Scratch, room: Scratch, state: np.ndarray, 
     down = -dot(p.along, field.n)
     weight *= S / collisions
     slope = tau / max((bottom - top) * down, 1.0)
-    promise = Promise(weight * math.exp(-tau), slope, (t_seen - bottom) * down)
+    promise = Promise(weight * math.exp(-tau), slope, (t_seen - bottom) * down, tau)
     for k in range(collisions):
         t, tau, material, _ = scattering_point(path, n, (k + uniform(state)) / collisions, 0.0)
         collides = further(p, t, weight * math.exp(-tau))
