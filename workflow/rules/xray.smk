@@ -5,6 +5,7 @@ GEOMETRY = {
     key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
 }
 
+known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 SCATTERED = "scatter" in XRAY["effects"]
 TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")
 CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", *TUBE)

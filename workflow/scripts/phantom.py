@@ -10,10 +10,11 @@ from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_json, write_table
 from mammosim.io.transforms import read_transform
 from mammosim.study.phantom import Lesion, conservation, field_box, field_grid, voxel_breast, with_lesion
+from mammosim.study.pressed import require_pressed
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:
-    mesh, plates = read_mesh(files["shape"]), read_json(files["plates"])
+    mesh, plates = read_mesh(files["shape"]), require_pressed(read_json(files["plates"]), **job)
     segmentation = read_labels(files["labels"])
     to_scanner = read_transform(files["transform"]).inverse()
     measured = to_scanner(read_mesh(files["measured"]).points)

@@ -1,6 +1,5 @@
 """A compressed breast between its plates."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,17 +29,6 @@ class Plate:
     def solid(self) -> Solid:
         """See-through."""
         return box_solid(self.centre, self.axes, self.half_sizes)
-
-
-def plates_of(facts: Mapping[str, float]) -> tuple[Plate, Plate]:
-    """Support and paddle of study.press.plate_facts."""
-    x, half_width = (facts["low_x_mm"] + facts["high_x_mm"]) / 2, (facts["high_x_mm"] - facts["low_x_mm"]) / 2
-    y, half = facts["chest_y_mm"] - facts["depth_mm"] / 2, facts["height_mm"] / 2
-    sizes = np.array([half_width, facts["depth_mm"] / 2, half])
-    support, paddle = (
-        np.array([x, y, z]) for z in (facts["support_z_mm"] - half, facts["paddle_z_mm"] + half)
-    )
-    return Plate(support, np.eye(3), sizes), Plate(paddle, np.eye(3), sizes)
 
 
 @styled

@@ -158,7 +158,8 @@ def scatter_from(cells: pd.DataFrame, geometry: Geometry) -> Scatter:
         )
     ordered = cells.sort_values(["row", "column"])
     tallies = (ordered[name].to_numpy().reshape(shape) for name in ("scatter", "scatter_squared"))
-    return Scatter(*(on_pixels(tally, cell_mm, pixels) for tally in tallies))
+    coarse = pixels.binned(cell_mm)
+    return Scatter(*(on_pixels(tally, coarse, pixels) for tally in tallies))
 
 
 def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mammogram:

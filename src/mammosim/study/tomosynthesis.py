@@ -5,15 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, Image, LabelMap, grid_around
 from mammosim.study.image_chain import Taken
-from mammosim.study.mammogram import View, scatter_behind, xray_phantom
+from mammosim.study.mammogram import RING_MM, View, scatter_behind, xray_phantom
 from mammosim.study.phantom import healthy
-from mammosim.xray.detector import Scatter, expose
+from mammosim.xray.detector import Scatter, expose, on_pixels
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.observer import cnr
 from mammosim.xray.projector import primary
@@ -23,8 +22,6 @@ from mammosim.xray.systems import System, tomosynthesis_geometries
 
 # Shadows of less than this share of the signal without a body are taken as this: noise leaves no logarithm.
 LEAST_TRANSMISSION = 1e-4
-# Background around the lesion in a slice, in mm from its edge.
-RING_MM = (2.0, 8.0)
 Reconstruction = Callable[[Sequence[np.ndarray], Sequence[Geometry], Grid], Slices]
 
 
@@ -38,11 +35,8 @@ class ScatterAt:
 
     def on(self, pixels: Detector) -> Scatter:
         """Linear between the centres of the cells, on the pixels of another detector in the same place."""
-        rows, columns = np.indices(pixels.shape)
-        s, t = self.cells.along(pixels.origin)
-        at = np.stack([rows * pixels.pixel_mm + t, columns * pixels.pixel_mm + s]) / self.cells.pixel_mm - 0.5
         parts = (self.scatter.signal, self.scatter.signal_squared)
-        return Scatter(*(map_coordinates(part, at, order=1, mode="nearest") for part in parts))
+        return Scatter(*(on_pixels(part, self.cells, pixels) for part in parts))
 
 
 def between(known: Sequence[ScatterAt], angle_deg: float, pixels: Detector) -> Scatter:

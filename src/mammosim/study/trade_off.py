@@ -3,12 +3,12 @@
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.strategies import STANDARD
 
 KEY = ["volunteer", "side", "strategy", "moduli"]
 PRESSED = ["thickness_mm", "force_n", "mean_pressure_kpa", "logarithmic_p95"]
 SEEN = ["mas", "dose_mgy", "dose_se_mgy", "scatter_to_primary", "cnr", "cnr_se", "cnr_quantum",
         "calcification_cnr", "calcification_d", "calcification_d_low", "calcification_d_high"]  # fmt: skip
-STANDARD = "standard"
 
 
 def trade_off(compression: pd.DataFrame, image: pd.DataFrame) -> pd.DataFrame:

@@ -11,10 +11,9 @@ from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
 from mammosim.xray.effects import Effect, Energy, QuantumNoise, Shot, after
-from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.geometry import Detector
 from mammosim.xray.projector import Primary
 from mammosim.xray.response import Response
-from mammosim.xray.tallies import Tallies
 
 
 @dataclass(frozen=True)
@@ -45,25 +44,13 @@ class Exposure:
     mas: float
 
 
-def scatter_on(tallies: Tallies, geometry: Geometry) -> Scatter:
-    """The scatter of the tallies' coarse cells, interpolated to the pixels of the geometry's detector.
-
-    Raises XrayError when cells and pixels do not belong to the same detector.
-    """
+def on_pixels(values: np.ndarray, cells: Detector, pixels: Detector) -> np.ndarray:
+    """Values (nv, nu) of coarse cells, linear between their centres, on pixels in the same plane."""
     # ASSUME: scatter varies so slowly that it is linear between the centres of coarse cells.
-    pixels, cells = geometry.detector, tallies.detector
-    if not np.allclose(pixels.corner, cells.corner) or not np.allclose(pixels.size_mm, cells.size_mm):
-        raise XrayError("the tallies belong to another detector; run transport with this geometry")
-    per_mas = (tallies.per_mas(tally).value for tally in (tallies.scatter, tallies.scatter_squared))
-    return Scatter(*(on_pixels(tally, cells.pixel_mm, pixels) for tally in per_mas))
-
-
-def on_pixels(cells: np.ndarray, cell_mm: float, pixels: Detector) -> np.ndarray:
-    """Values of coarse cells, linear between their centres, on the pixels (nv, nu) of the same detector."""
-    ratio = pixels.pixel_mm / cell_mm
     rows, columns = np.indices(pixels.shape)
-    at = np.stack([(rows + 0.5) * ratio - 0.5, (columns + 0.5) * ratio - 0.5])
-    return map_coordinates(cells, at, order=1, mode="nearest")
+    s, t = cells.along(pixels.origin)
+    at = np.stack([rows * pixels.pixel_mm + t, columns * pixels.pixel_mm + s]) / cells.pixel_mm - 0.5
+    return map_coordinates(values, at, order=1, mode="nearest")
 
 
 def expose(

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.xray.asked import EnergyIn
 from mammosim.xray.attenuation import material
@@ -68,12 +69,24 @@ def standard_rows(
             seed=seed,
         )
         hvl = entrance_hvl(beam.spectrum, t)
-        table = dance_dose(hvl, t, glandularity_percent=glandularity_percent, combination=beam.combination)
         rows += [
             _row(SIMULATED, kind, hvl, dose.mgy_per_mgy, _error(dose), COMPUTED),
-            _row(TABULATED, kind, hvl, table.mgy_per_mgy, 0.0, table.status),
+            _row(TABULATED, kind, hvl, *_tabulated(hvl, t, glandularity_percent, beam.combination)),
         ]
     return pd.DataFrame(rows)
+
+
+def _tabulated(
+    hvl_mm_al: float, thickness_mm: float, glandularity_percent: float, combination: str
+) -> tuple[float, float, str]:
+    """Dose by Dance's factors, its error 0 and status; NaN, and why, where the tables have no such breast."""
+    try:
+        table = dance_dose(
+            hvl_mm_al, thickness_mm, glandularity_percent=glandularity_percent, combination=combination
+        )
+    except XrayError as error:
+        return np.nan, 0.0, f"none: {error}"
+    return table.mgy_per_mgy, 0.0, table.status
 
 
 def three_routes(

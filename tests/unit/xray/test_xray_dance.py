@@ -86,3 +86,11 @@ def test_three_routes_stand_side_by_side_each_with_its_protocol():
     assert rows.protocol.nunique() == 2
     assert list(rows.route) == ["Monte Carlo", "Monte Carlo", "Dance g c s"]
     assert "unverified" in rows.status[2]
+
+
+def test_a_beam_without_factors_is_a_row_that_says_so():
+    """Other beams are allowed, and simulated: the tables' silence must not stop a study."""
+    rows = standard_rows(Beam(MO_MO.spectrum, "W/Al"), (40.0,), relative_error=0.2, seed=3)
+    assert rows.agd_mgy_per_mgy[0] > 0
+    assert np.isnan(rows.agd_mgy_per_mgy[1])
+    assert rows.status[1].startswith("none: no s for 'W/Al'")
