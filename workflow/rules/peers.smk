@@ -94,9 +94,10 @@ rule figure_peers:
 
 
 rule peers:
-    """The same equilibria by mammosim and by other programs, on demand: results/study/peers.csv and peers.html."""
+    """mammosim beside other programs, on demand: peers.html, the same equilibria; peers_xray.html, the same images."""
     input:
         **page("peers"),
+        xray="results/study/peers_xray.html",
         library=library("page.py"),
     output:
         "results/study/peers.html",

@@ -1,4 +1,6 @@
 # The programs that `snakemake peers` compares: how each is run, and what to do when it is missing.
+import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -58,4 +60,48 @@ def peer_program(wildcards):
         "missing": missing(wildcards.program),
         "settings": {"tolerance": PEERS["tolerance"], "load_steps": steps},
         "cpu_limit_s": PEERS["cpu_limit_s"],
+    }
+
+
+# X-ray: program -> its Python, its adapter, and the words it is given beside those of a user's command.
+XRAY_PEERS = PEERS["xray"]
+XRAY_PROGRAMS = {
+    "mammosim": (sys.executable, "with_mammosim_xray.py", []),
+    "plain_transport": (sys.executable, "with_plain_transport.py", []),
+    "gecatsim": (PEERS_PYTHON, "with_gecatsim.py", []),
+    "itk_rtk_joseph": (PEERS_PYTHON, "with_itk_rtk.py", ["joseph"]),
+    "itk_rtk_voxels": (PEERS_PYTHON, "with_itk_rtk.py", ["voxels"]),
+    **{name: (sys.executable, "with_command.py", []) for name in XRAY_PEERS["commands"]},
+}
+
+
+def xray_command(program):
+    """The words of a user's own command: of the environment, else of the configuration."""
+    return shlex.split(os.environ.get(f"MAMMOSIM_{program.upper()}", XRAY_PEERS["commands"][program]))
+
+
+def xray_missing(program):
+    """What to do when a program is not installed, nothing when it is."""
+    if program not in XRAY_PEERS["commands"]:
+        return "" if Path(XRAY_PROGRAMS[program][0]).exists() else "make peers"
+    words = xray_command(program)
+    if not words:
+        variable = f"MAMMOSIM_{program.upper()}"
+        return f"name a command that runs it in {variable} or {config['peers']} (see docs/contracts.md)"
+    return "" if shutil.which(words[0]) else f"no command {words[0]!r}"
+
+
+def xray_program(wildcards):
+    """How one program is run for one task."""
+    program, task = wildcards.program, XRAY_PEERS["tasks"][wildcards.task]
+    python, _, arguments = XRAY_PROGRAMS[program]
+    if program in XRAY_PEERS["commands"]:
+        arguments = xray_command(program)
+    settings = {"runs": XRAY_PEERS["runs"]} | task.get("settings", {}).get(program, {})
+    return {
+        "python": python,
+        "arguments": [task["kind"]] if program == "mammosim" else arguments,
+        "missing": xray_missing(program),
+        "settings": settings,
+        "cpu_limit_s": XRAY_PEERS["cpu_limit_s"],
     }

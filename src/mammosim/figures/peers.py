@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
+from mammosim.study.aims import OURS
 
-OURS = "mammosim"
 THOUSANDS = np.array([20, 50, 100, 200, 500])
 
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-OURS = "mammosim"
+from mammosim.study.aims import OURS, best, counts, judged, only
+
 DIRECT = ("felupe", "dolfinx_mumps", "ngsolve", "calculix", "scikit_fem")
 FOUR_DIGITS = 1e-4
 
@@ -36,53 +37,32 @@ def targets(table: pd.DataFrame, aims: Mapping[str, list[Mapping[str, Any]]]) ->
 def numbers(table: pd.DataFrame, aims: pd.DataFrame) -> dict[str, Any]:
     """What the page quotes."""
     speed = aims[aims.what == "times faster"].measured.dropna()
-    missed = [f"{row.what}, {row.case}, {row.edge_mm:g} mm" for row in aims[~aims.met].itertuples()]
+    named = aims.assign(edge_mm=[f"{edge:g} mm" for edge in aims.edge_mm])
     return {
         "peers.rows": len(table),
         "peers.programs": int(table.program.nunique()) - 1,
         "peers.not_converged": int((table.outcome != "converged").sum()),
         "peers.disagree": int((table.agrees == False).sum()),  # noqa: E712, empty where nothing was found
         "peers.times_faster": f"{speed.min():.1f} to {speed.max():.1f}" if len(speed) else "never compared",
-        "peers.aims": len(aims),
-        "peers.aims_met": int(aims.met.sum()),
-        "peers.aims_missed": "; ".join(missed) or "none",
         "peers.seconds": float(table.cpu_s.sum()),
+        **counts(named, ["case", "edge_mm"], prefix="peers"),
     }
 
 
 def _one(table: pd.DataFrame, case: str, edge_mm: float, program: str, column: str) -> float:
-    rows = table[(table.case == case) & (table.edge_mm == edge_mm) & (table.program == program)]
-    return float(rows[column].iloc[0]) if len(rows) else np.nan
-
-
-def _best(table: pd.DataFrame, column: str) -> tuple[str, float]:
-    """The program with the smallest value, and it."""
-    if table.empty:
-        return "none", np.nan
-    row = table.loc[table[column].idxmin()]
-    return str(row.program), float(row[column])
+    return only(table[(table.case == case) & (table.edge_mm == edge_mm) & (table.program == program)], column)
 
 
 def _aim(what: str, aim: Mapping[str, Any], peer: str, measured: float) -> dict[str, Any]:
-    at_least = "at_least" in aim
-    goal = aim["at_least"] if at_least else aim["at_most"]
-    met = measured >= goal if at_least else measured <= goal
-    return {
-        "what": what,
-        "case": aim["case"],
-        "edge_mm": aim.get("edge_mm", np.nan),
-        "peer": peer,
-        "measured": measured,
-        "goal": f"{'at least' if at_least else 'at most'} {goal:g}",
-        "met": bool(met),
-    }
+    edge_mm = aim.get("edge_mm", np.nan)
+    return {"what": what, "case": aim["case"], "edge_mm": edge_mm, "peer": peer, **judged(measured, aim)}
 
 
 def _faster(table: pd.DataFrame, aim: Mapping[str, Any]) -> dict[str, Any]:
     """The fastest peer's seconds, in the case `against`, over ours."""
     case, edge = aim.get("against", aim["case"]), aim["edge_mm"]
     peers = table[(table.case == case) & (table.edge_mm == edge) & (table.program != OURS)]
-    peer, seconds = _best(peers, "cpu_s")
+    peer, seconds = best(peers, "cpu_s")
     return _aim("times faster", aim, peer, seconds / _one(table, aim["case"], edge, OURS, "cpu_s"))
 
 
@@ -104,6 +84,6 @@ def _growth(table: pd.DataFrame, aim: Mapping[str, Any]) -> dict[str, Any]:
 def _leaner(table: pd.DataFrame, aim: Mapping[str, Any]) -> dict[str, Any]:
     """Our memory over that of the leanest direct peer."""
     here = (table.case == aim["case"]) & (table.edge_mm == aim["edge_mm"])
-    peer, memory = _best(table[here & table.program.isin(DIRECT)], "memory_mb")
+    peer, memory = best(table[here & table.program.isin(DIRECT)], "memory_mb")
     ours = _one(table, aim["case"], aim["edge_mm"], OURS, "memory_mb")
     return _aim("times the memory", aim, peer, ours / memory)

@@ -1,25 +1,22 @@
-"""What the adapters share: the problem they are given, the clock they are timed by, and what they hand back.
+"""What the adapters of the hemisphere share: the problem they are given, and what they hand back.
 
 Runs in the environments of other programs, so it needs numpy alone. mm, kPa, mN; gravity pulls along +z.
 """
 
 import json
 import resource
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from _run import NotConverged
+from _run import run as timed
 
 # VTK order of the nodes of a quadratic tetrahedron: corners 0-3, then the middles of these edges.
 EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 SMALLEST_STEP = 1 / 64
-
-
-class NotConverged(Exception):
-    """Newton's method of a program came to no end at this load."""
 
 
 @dataclass(frozen=True)
@@ -118,12 +115,6 @@ def in_load_steps(
     return path
 
 
-def used(who: int) -> tuple[float, float]:
-    """Largest memory [MB] and processor time [s] so far, of this process or of those it waited for."""
-    usage = resource.getrusage(who)
-    return usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime
-
-
 class Solver(Protocol):
     """A program with the problem in its own terms; making one is not counted, nor is `displacements`."""
 
@@ -135,25 +126,9 @@ class Solver(Protocol):
 
 
 def run(program: Callable[[Problem], Solver], *, who: int = resource.RUSAGE_SELF) -> None:
-    """Solve what the command line names: mesh, coarse mesh, case, result (.npz).
-
-    who: whose time and memory count, resource.RUSAGE_CHILDREN for a program of its own.
-    The coarse mesh is solved first, so that what is compiled or loaded once is not counted.
-    """
-    mesh, coarse, case, result = sys.argv[1:5]
-    _found(program(Problem.read(coarse, case)))
-    solver = program(Problem.read(mesh, case))
-    before, began = used(who)
-    found = _found(solver)
-    memory, ended = used(who)
-    if "u" in found:
-        found["u"] = solver.displacements(found["u"])
-    np.savez(result, **found, cpu_s=ended - began, memory_mb=memory, memory_before_mb=before)
+    """Solve what the command line names: mesh, coarse mesh, case, result (.npz), timed as `_run.run` says."""
+    timed(Problem.read, program, _answer, who=who)
 
 
-def _found(solver: Solver) -> dict:
-    try:
-        path = solver.solve()
-    except NotConverged as failure:
-        return {"outcome": str(failure.args[0])}
-    return {"outcome": "converged", **asdict(path)}
+def _answer(solver: Solver, path: Path) -> dict:
+    return asdict(path) | {"u": solver.displacements(path.u)}

@@ -1,0 +1,85 @@
+"""What is X-rayed by several programs: a breast of blobs, slabs, and the case of AAPM report 195."""
+
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.core.rng import generator
+from mammosim.core.volume import Grid
+from mammosim.xray.attenuation import material
+from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.phantom import AIR, Phantom
+from mammosim.xray.scene import Scene
+from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.tube import tube_spectrum
+
+SEED = 6
+ADIPOSE, GLANDULAR = 1, 2
+BLOB_MM = 2.0
+SUPPORT_MM, SOURCE_MM = 15.0, 650.0  # above the detector
+MATERIALS = ("air", "adipose", "glandular")
+
+
+def grid_of(shape: tuple[int, int, int], voxel_mm: float) -> Grid:
+    """Voxels (nz, ny, nx) on the support: x centred, y up to the chest edge at 0, the detector at z = 0."""
+    low = np.array([-shape[2] / 2 * voxel_mm, -shape[1] * voxel_mm, SUPPORT_MM])
+    return Grid(shape, np.full(3, voxel_mm), low + voxel_mm / 2)
+
+
+def body(name: str, grid: Grid) -> Phantom:
+    """A body by its name in BODIES. Raises ConfigurationError for another."""
+    if name not in BODIES:
+        raise ConfigurationError(f"unknown body {name!r}; choose one of: {', '.join(BODIES)}")
+    return Phantom(grid, BODIES[name](grid), tuple(material(m) for m in MATERIALS))
+
+
+def _breast(grid: Grid) -> np.ndarray:
+    """Half an ellipse, of fat with blobs of gland."""
+    noise = generator(SEED, "blobs").standard_normal(grid.shape, dtype=np.float32)
+    blobs = gaussian_filter(noise, BLOB_MM / grid.spacing[2]) > 0
+    _, ny, nx = grid.shape
+    x = (np.arange(nx) + 0.5 - nx / 2) / (nx / 2)
+    y = (ny - np.arange(ny) - 0.5)[:, None] / ny
+    inside = x**2 + y**2 < 1
+    return np.where(inside, np.where(blobs, GLANDULAR, ADIPOSE), AIR).astype(np.uint8)
+
+
+def _slabs(grid: Grid) -> np.ndarray:
+    """Fat below, gland above."""
+    index = np.full(grid.shape, ADIPOSE, np.uint8)
+    index[grid.shape[0] // 2 :] = GLANDULAR
+    return index
+
+
+BODIES = {"breast": _breast, "slabs": _slabs}
+
+
+def geometry_at(angle_deg: float, pixels: tuple[int, int], pixel_mm: float) -> Geometry:
+    """A still detector (nv, nu) along x and y, and the source on an arc about the middle of its chest edge."""
+    a, (nv, nu) = np.radians(angle_deg), pixels
+    origin = np.array([-(nu - 1) / 2 * pixel_mm, -(nv - 0.5) * pixel_mm, 0.0])
+    x, y, _ = np.eye(3)
+    source = SOURCE_MM * np.array([np.sin(a), 0.0, np.cos(a)])
+    return Geometry(source, Detector(origin, x, y, pixels, pixel_mm))
+
+
+def beam(energies: int) -> Spectrum:
+    """Tungsten and rhodium, 28 kVp, in so many energies."""
+    return tube_spectrum("W", "Rh", 0.05, 28.0).rebinned(energies)
+
+
+def scene_facts(scene: Scene) -> dict[str, Any]:
+    """A scene but for its voxels, in plain values: mm, keV, photons per mm2 and mAs at a distance."""
+    grid, d, spectrum = scene.phantom.grid, scene.geometry.detector, scene.spectrum
+    return {
+        "spacing_mm": grid.spacing.tolist(),
+        "origin_mm": grid.origin.tolist(),
+        "materials": [vars(m) for m in scene.phantom.materials],
+        "source_mm": np.asarray(scene.geometry.source, float).tolist(),
+        "detector": {name: np.asarray(value).tolist() for name, value in vars(d).items()},
+        "energies_kev": spectrum.energies_kev.tolist(),
+        "fluence": spectrum.fluence.tolist(),
+        "distance_mm": spectrum.distance_mm,
+    }
