@@ -1,4 +1,4 @@
-"""All programs and X-ray tasks in one table, and what was aimed at; what was missed is said on the terminal."""
+"""All programs and X-ray tasks in one table, and what was aimed at; what was missed, on the terminal."""
 
 import sys
 

@@ -33,7 +33,7 @@ def only(rows: pd.DataFrame, column: str) -> float:
 
 
 def counts(aims: pd.DataFrame, where: list[str], *, prefix: str) -> dict[str, Any]:
-    """How many aims there are and were met, and in words which were missed; where: columns that say of what."""
+    """How many aims there are and were met, and which were missed; where: columns that say of what."""
     missed = ["what", *where]
     words = [", ".join(row) for row in aims.loc[~aims.met.astype(bool), missed].astype(str).to_numpy()]
     return {

@@ -111,7 +111,7 @@ class View:
 
 @dataclass(frozen=True)
 class Dose:
-    """Energy in the tissue of the report's breast, eV per photon; relative_error: the standard error asked."""
+    """Energy in the tissue of the report's breast, eV per photon; relative_error: as well as asked."""
 
     beam: str
     voxel_mm: float

@@ -57,7 +57,7 @@ BODIES = {"breast": _breast, "slabs": _slabs}
 
 
 def geometry_at(angle_deg: float, pixels: tuple[int, int], pixel_mm: float) -> Geometry:
-    """A still detector (nv, nu) along x and y, and the source on an arc about the middle of its chest edge."""
+    """A still detector (nv, nu) along x and y; the source on an arc about the middle of its chest edge."""
     a, (nv, nu) = np.radians(angle_deg), pixels
     origin = np.array([-(nu - 1) / 2 * pixel_mm, -(nv - 0.5) * pixel_mm, 0.0])
     x, y, _ = np.eye(3)

@@ -15,10 +15,10 @@ QUANTITIES = ("seconds", "histories_per_s", "error")
 def targets(table: pd.DataFrame, aims: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """One row per aim: what, task, peer, measured, goal, met.
 
-    table: rows (task, program, seconds, histories_per_s, error, value, outcome); aims: task, what, at_least or
-    at_most. what is one of QUANTITIES, of ours; `times faster`, seconds of the fastest other program over ours;
-    `times the error` of that program; `difference`, relative, of our value from that of plain transport.
-    measured is nan, and the aim not met, where a row is missing.
+    table: rows (task, program, seconds, histories_per_s, error, value, outcome); aims: task, what, at_least
+    or at_most. what is one of QUANTITIES, of ours; `times faster`, seconds of the fastest other program over
+    ours; `times the error` of that program; `difference`, relative, of our value from that of plain
+    transport. measured is nan, and the aim not met, where a row is missing.
     """
     converged = table[table.outcome == "converged"]
     return pd.DataFrame([_target(converged[converged.task == aim["task"]], aim) for aim in aims])

@@ -2,8 +2,8 @@
 
 Its distance-driven projector averages lengths over a pixel, where xray.projector follows single rays. Only
 this compiled part is used (xray.catsim_library): it is given our materials as attenuation less that of air,
-and one view at a time, so that its tube, filters, trajectory and scatter (made for computed tomography) do not
-enter.
+and one view at a time, so that its tube, filters, trajectory and scatter (made for computed tomography) do
+not enter.
 """
 
 import numpy as np

@@ -31,8 +31,8 @@ def run(
     """Solve what the command line names: problem, small problem, case, result (.npz).
 
     read: from the names of a problem and the case; program: what solves it, as `solve()`; answer: of the
-    solver and what it returned, by name. Only `solve` is timed, as often as the problem's `runs` say (most, and
-    the seconds that are enough), else once. Numbers of several runs are listed, of arrays the last stays.
+    solver and what it returned, by name. Only `solve` is timed, as often as the problem's `runs` say (most,
+    and the seconds that are enough), else once. Numbers of several runs are listed, of arrays the last stays.
     who: whose time and memory count, resource.RUSAGE_CHILDREN for a program of its own.
     The small problem is solved first, so that what is compiled or loaded once is not counted.
     """

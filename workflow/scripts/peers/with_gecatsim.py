@@ -1,4 +1,4 @@
-"""One view by gecatsim: its compiled distance-driven projector, and exponentials in single precision by numpy.
+"""One view by gecatsim: its compiled distance-driven projector, and numpy's exponentials in single precision.
 
 Voxels and materials are handed over before, as `setup_s`. The projector returns lengths in each material;
 from there to the image, rays go in groups that stay in the cache.

@@ -1,4 +1,4 @@
-"""The X-ray tasks by mammosim as a user does: one call each. What kernels read is made before, as `setup_s`."""
+"""The X-ray tasks by mammosim as a user does: one call each. What kernels read is made before (`setup_s`)."""
 
 import sys
 
