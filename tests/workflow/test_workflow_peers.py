@@ -1,5 +1,7 @@
 """The comparison with other programs: what is not installed is a row that says so, misprints are refused."""
 
+import sys
+
 import pandas as pd
 import pytest
 
@@ -36,3 +38,54 @@ def test_a_misspelt_program_is_refused(study, tmp_path):
     message = study.snakemake("--dry-run", "--configfile", str(smoke), str(tmp_path / "extra.yaml"))
     assert message.returncode != 0
     assert "choose one of" in message.stdout
+
+
+COMMAND = """
+import json, sys
+import numpy as np
+problem, facts, answer = sys.argv[-3:]
+voxels = np.load(problem)["index"]
+given = json.load(open(facts))
+share = float(np.mean(voxels == given["tissue"]))
+found = {"histories": 1000, "value_ev": 1e5 * share, "standard_error_ev": 20.0 + given["seed"], "cpu_s": 0.5}
+json.dump(found, open(answer, "w"))
+"""
+
+
+@pytest.fixture(scope="module")
+def xray(study, tmp_path_factory) -> pd.DataFrame:
+    """Every X-ray task, tiny, by mammosim; others are not there, but for a made command in EGSnrc's place."""
+    command = tmp_path_factory.mktemp("command") / "made.py"
+    command.write_text(COMMAND)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MAMMOSIM_EGSNRC", f"{sys.executable} {command}")
+        outcome = study.snakemake("results/study/peers_xray.csv")
+    assert outcome.returncode == 0, outcome.stdout[-4000:]
+    return pd.read_csv(study.run / "results/study/peers_xray.csv").set_index(["task", "program"])
+
+
+def test_every_xray_task_is_answered(xray):
+    ours = xray.xs("mammosim", level="program")
+    assert set(ours.kind) == {"view", "dose", "region", "scatter", "slices"}
+    assert (ours.outcome == "converged").all()
+    assert (ours.seconds > 0).all()
+    assert ours.error["slabs"] < 1e-12  # exact
+    assert (ours.reached[["dose_16.8_keV", "region_6_16.8_keV", "scatter_16.8_keV"]] > 0).all()
+    # Five standard errors of the report's breast, whose voxels of 2 mm make a percent.
+    dose = ours.loc["dose_16.8_keV"]
+    assert abs(dose.value - dose.reference) < 5 * dose.standard_error + 0.01 * dose.reference
+
+
+def test_a_users_command_takes_part(xray):
+    row = xray.loc["dose_16.8_keV", "egsnrc"]
+    assert row.outcome == "converged"
+    assert (row.cpu_s, row.runs, row.histories_per_s) == (0.5, 2, 2000)
+    # The tissue's part of the grid: half a cylinder of R 98 and 46 mm in 310 x 300 x 302 mm.
+    assert row.value == pytest.approx(1e5 * (3.14159 / 2 * 98**2 * 46) / (310 * 300 * 302), rel=0.02)
+    assert row.standard_error == pytest.approx((21**2 + 22**2) ** 0.5 / 2)
+
+
+def test_xray_programs_that_are_missing_say_so(xray):
+    assert xray.outcome["slabs", "gecatsim"] == "not installed: make peers"
+    assert xray.outcome["sart", "itk_rtk_joseph"] == "not installed: make peers"
+    assert xray.outcome["dose_16.8_keV", "mc_gpu"].startswith("not installed: name a command that runs it in")

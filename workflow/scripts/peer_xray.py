@@ -17,7 +17,7 @@ def main(files: dict, job: dict, task: dict, program: dict, out: str) -> None:
         limits = {name: program[name] for name in ("cpu_limit_s", "arguments")}
         found = found_by(command, program["settings"], **limits)
     row = row_of(task_of(**task), found, task["values"].get("relative_error"))
-    write_table(pd.DataFrame([job | row]), out)
+    write_table(pd.DataFrame([job | {"kind": task["kind"]} | row]), out)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
 from mammosim.study.aims import OURS
+from mammosim.study.peers_xray_summary import FOLLOWED
 
 LIMITS = {"seconds": "at most", "histories_per_s": "at least"}
 
@@ -14,16 +15,13 @@ LIMITS = {"seconds": "at most", "histories_per_s": "at least"}
 def tasks(table: pd.DataFrame, aims: pd.DataFrame) -> Figure:
     """Seconds, and histories per second, of every program (ours in black), a line per task; bars: the goals.
 
-    table: rows (task, program, seconds, histories_per_s, reached, outcome); aims: rows (what, task, goal).
+    table: rows (task, kind, program, seconds, histories_per_s, outcome); aims: rows (what, task, goal).
     """
     table = table[table.outcome == "converged"]
     programs = [name for name in dict.fromkeys(table.program) if name != OURS]
     colours = {OURS: INK, **{name: (*SERIES, QUIET)[i % 7] for i, name in enumerate(programs)}}
-    rated = set(aims.loc[aims.what == "histories_per_s", "task"])
-    parts = {
-        "seconds": table[~table.task.isin(rated)],
-        "histories_per_s": table[table.task.isin(rated)],
-    }
+    rated = table.kind == FOLLOWED
+    parts = {"seconds": table[~rated], "histories_per_s": table[rated]}
     heights = [max(part.task.nunique(), 1) for part in parts.values()]
     figure = new_figure(1.3 + 0.36 * sum(heights))
     axes = figure.subplots(2, 1, height_ratios=heights)
@@ -49,7 +47,7 @@ def _lines(ax: Axes, part: pd.DataFrame, column: str, colours: dict[str, str]) -
 
 
 def _goals(ax: Axes, part: pd.DataFrame, aims: pd.DataFrame, limit: str) -> None:
-    """A bar where each task should end, with an arrow to the better side."""
+    """A bar where each task should end."""
     names = list(dict.fromkeys(part.task))
     for row in aims[aims.task.isin(names)].itertuples():
         goal, y = float(str(row.goal).removeprefix(limit)), names.index(row.task)
