@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.io.tabulated import tabulated
@@ -253,10 +254,11 @@ def _ways(geometry: Geometry) -> np.ndarray:
 
 
 def _through(phantom: Phantom, geometry: Geometry, lengths: np.ndarray) -> np.ndarray:
-    """(nv, nu) bool: rays that cross all slices inside the body, by their lengths (nv, nu, n_material)."""
+    """(nv, nu) bool: pixels all of whose rays cross all slices inside the body, as their lengths
+    (nv, nu, n_material) and those of the pixels around them say."""
     thickness = phantom.grid.spacing[2] * phantom.grid.shape[0]
     whole = thickness * _ways(geometry) / geometry.source_height_mm
-    return lengths[..., 1:].sum(axis=-1) > THROUGH * whole
+    return binary_erosion(lengths[..., 1:].sum(axis=-1) > THROUGH * whole)
 
 
 def _coarser(
