@@ -179,6 +179,24 @@ def others_checked(wildcards):
     return ["results/checked/all.csv"] if wildcards.v in WOMEN else []
 
 
+def breast_inputs(volunteer):
+    """What study.breast begins with."""
+    position = STRESS_FREE["position"]
+    return {
+        "labels": f"results/segmentation/{volunteer}/{position}.nii.gz",
+        "fiducials": f"results/fiducials/{volunteer}/{position}.csv",
+        "transform": f"results/registration/{volunteer}/{position}.tfm",
+    }
+
+
+def chain_settings(tissues, load):
+    """What the products of a chain read; load: position, thickness_mm, strategy."""
+    return {key: config[key] for key in ("mesh", "mechanics", "effects", "compression", "xray")} | {
+        "tissues": tissues,
+        "load": load,
+    }
+
+
 def row(wildcards):
     """The line of the volunteer table."""
     return VOLUNTEERS[wildcards.v, wildcards.p]
