@@ -1,5 +1,6 @@
 # What every .smk file shares. The checked configuration, and the package files that a script depends on.
 import ast
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -78,8 +79,14 @@ def digital_row(woman, position):
     }
 
 
+@cache
 def imports_of(file):
     """The package files that one file names, and the tables that it reads with tabulated('name')."""
+    return tuple(named_in(file))
+
+
+def named_in(file):
+    """imports_of, one by one."""
     tree = ast.parse(file.read_text())
     names = set()
     for node in ast.walk(tree):
@@ -195,6 +202,14 @@ def chain_settings(tissues, load):
         "tissues": tissues,
         "load": load,
     }
+
+
+def asked_settings():
+    """The words by which this run was given its settings, for another one."""
+    given = workflow.config_settings
+    files = [str(Path(file).resolve()) for file in given.configfiles]
+    values = given.config_args
+    return [*(["--configfile", *files] if files else []), *(["--config", *values] if values else [])]
 
 
 def row(wildcards):
