@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 COSTS = Path(__file__).parents[1] / "config" / "costs.tsv"
-HEAD = "# what one job of a rule takes in the default study: processor seconds, and the largest memory in MB;\n"
+HEAD = "# what one job of a rule takes in the default study: processor seconds, largest memory in MB;\n"
 HEAD += "# the estimate of the time left and `snakemake plan` read them; renewed by tools/renew_costs.py\n"
 
 
