@@ -204,6 +204,12 @@ def chain_settings(tissues, load):
     }
 
 
+def pressed_to_standard(volunteer):
+    """The load of a chain: upright, and pressed by the standard strategy."""
+    thickness_mm = COMPRESSION["thickness_mm"][volunteer]
+    return {"position": "upright", "thickness_mm": thickness_mm, "strategy": SCENES["standard"]}
+
+
 def asked_settings():
     """The words by which this run was given its settings, for another one."""
     given = workflow.config_settings
