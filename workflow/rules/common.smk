@@ -1,5 +1,6 @@
 # What every .smk file shares. The checked configuration, and the package files that a script depends on.
 import ast
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -78,8 +79,14 @@ def digital_row(woman, position):
     }
 
 
+@cache
 def imports_of(file):
     """The package files that one file names, and the tables that it reads with tabulated('name')."""
+    return tuple(named_in(file))
+
+
+def named_in(file):
+    """imports_of, one by one."""
     tree = ast.parse(file.read_text())
     names = set()
     for node in ast.walk(tree):
@@ -177,6 +184,38 @@ def over(template, **values):
 def others_checked(wildcards):
     """That every image of the study is usable; a volunteer beside the study answers for her own only."""
     return ["results/checked/all.csv"] if wildcards.v in WOMEN else []
+
+
+def breast_inputs(volunteer):
+    """What study.breast begins with."""
+    position = STRESS_FREE["position"]
+    return {
+        "labels": f"results/segmentation/{volunteer}/{position}.nii.gz",
+        "fiducials": f"results/fiducials/{volunteer}/{position}.csv",
+        "transform": f"results/registration/{volunteer}/{position}.tfm",
+    }
+
+
+def chain_settings(tissues, load):
+    """What the products of a chain read; load: position, thickness_mm, strategy."""
+    return {key: config[key] for key in ("mesh", "mechanics", "effects", "compression", "xray")} | {
+        "tissues": tissues,
+        "load": load,
+    }
+
+
+def pressed_to_standard(volunteer):
+    """The load of a chain: upright, and pressed by the standard strategy."""
+    thickness_mm = COMPRESSION["thickness_mm"][volunteer]
+    return {"position": "upright", "thickness_mm": thickness_mm, "strategy": SCENES["standard"]}
+
+
+def asked_settings():
+    """The words by which this run was given its settings, for another one."""
+    given = workflow.config_settings
+    files = [str(Path(file).resolve()) for file in given.configfiles]
+    values = given.config_args
+    return [*(["--configfile", *files] if files else []), *(["--config", *values] if values else [])]
 
 
 def row(wildcards):

@@ -31,7 +31,7 @@ rule compress:
         tissues=lambda wildcards: MODULI[wildcards.moduli],
         strategy=lambda wildcards: SCENES[wildcards.strategy],
         thickness_mm=lambda wildcards: COMPRESSION["thickness_mm"][wildcards.v],
-        smallest_mm=COMPRESSION["smallest_mm"],
+        **{key: COMPRESSION[key] for key in ("smallest_mm", "steps", "penetration_mm")},
         plate_mm=COMPRESSION["plate_mm"],
         chest_gap_mm=COMPRESSION["chest_gap_mm"],
         thresholds=COMPRESSION["thresholds"],

@@ -8,20 +8,13 @@ from mammosim.io.images import read_labels
 from mammosim.io.meshes import write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
-from mammosim.meshing.body import ElementSize, crop_body, mesh_body
 from mammosim.meshing.quality import quality
+from mammosim.study.breast import scanned_mesh
 
 
 def main(files: dict[str, str], volunteer: str, position: str, settings: dict) -> None:
     chest = read_fiducials(files["fiducials"]).of_kind("chest")
-    beyond = settings["beyond_markers_mm"]
-    labels = crop_body(
-        read_labels(files["labels"]),
-        posterior_limit_mm=chest[:, 1].min() + settings["behind_markers_mm"],
-        height_limits_mm=(chest[:, 2].min() - beyond, chest[:, 2].max() + beyond),
-    )
-    size = ElementSize(settings["element_mm"]["breast"], settings["element_mm"]["chest"])
-    mesh = mesh_body(labels, size=size)
+    mesh = scanned_mesh(read_labels(files["labels"]), chest, settings)
     table = quality(mesh)
     table.insert(0, "volunteer", volunteer)
     table.insert(1, "position", position)

@@ -1,7 +1,7 @@
 """Strategies of compression: which paddle presses, and until when."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -38,7 +38,8 @@ class Scene:
 
     mesh: stress-free; plates: where a rigid paddle would stand; moduli: the name of the set in the effects;
     thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the way of the
-    standard strategy of the same breast and moduli, None while that is what is to be found.
+    standard strategy of the same breast and moduli, None while that is what is to be found; solved: how a
+    rigid paddle's path is.
     """
 
     mesh: TetMesh
@@ -48,6 +49,7 @@ class Scene:
     thickness_mm: float
     smallest_mm: float
     standard: "Way | None" = None
+    solved: PressSettings = field(default_factory=PressSettings)
 
     @classmethod
     def craniocaudal(
@@ -62,7 +64,7 @@ class Scene:
         """The breast of one nipple (3,) mm, stress-free, between horizontal plates.
 
         settings: tissues, {'tissues': {...}, 'skin': {...}} as in config/tissues; plate_mm, chest_gap_mm: see
-        study.press; thickness_mm, smallest_mm.
+        study.press; thickness_mm, smallest_mm; steps and penetration_mm of mechanics.stage.PressSettings.
         """
         # ASSUME: the stress-free shape is that of the study's own moduli, whatever a breast is pressed with.
         tissues, skin = tissues_by_label(settings["tissues"]["tissues"]), Skin(**settings["tissues"]["skin"])
@@ -70,7 +72,8 @@ class Scene:
             mesh, nipple, plate_mm=settings["plate_mm"], chest_gap_mm=settings["chest_gap_mm"]
         )
         limits = (settings["thickness_mm"], settings["smallest_mm"])
-        return cls(mesh, body_effects(mesh, tissues, skin=skin), plates, moduli, *limits, standard)
+        solved = PressSettings(settings["steps"], penetration_mm=settings["penetration_mm"])
+        return cls(mesh, body_effects(mesh, tissues, skin=skin), plates, moduli, *limits, standard, solved)
 
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
@@ -79,8 +82,10 @@ class Scene:
         one that yields begins where it leaves that way, and has no work. Area and pressures: study.touch.
         """
         body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
-        settings = PressSettings() if paddle == Rigid() else PressSettings(steps=YIELDING_STEPS)
-        begun = self.standard.begun(paddle, control) if self.standard else ()
+        settings = self.solved if paddle == Rigid() else replace(self.solved, steps=YIELDING_STEPS)
+        # Friction remembers its own way, and cannot go on with another's.
+        way = self.standard if self.plates.friction is None else None
+        begun = way.begun(paddle, control) if way else ()
         if not begun:
             found = compress(*body, plates=plates, control=control, settings=settings)
             return replace(found, path=path_of(found))

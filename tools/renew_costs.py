@@ -1,0 +1,27 @@
+"""Renew config/costs.tsv from what Snakemake measured: `python tools/renew_costs.py results/benchmarks`.
+
+Rules that did not run keep their line.
+"""
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+COSTS = Path(__file__).parents[1] / "config" / "costs.tsv"
+HEAD = "# what one job of a rule takes in the default study: processor seconds, largest memory in MB;\n"
+HEAD += "# the estimate of the time left and `snakemake plan` read them; renewed by tools/renew_costs.py\n"
+
+
+def main(folder: Path) -> None:
+    parts = [pd.read_table(path).assign(rule=path.parent.name) for path in sorted(folder.glob("*/*.tsv"))]
+    measured = (
+        pd.concat(parts).groupby("rule").agg(seconds=("cpu_time", "mean"), memory_mb=("max_rss", "max"))
+    )
+    before = pd.read_table(COSTS, comment="#").set_index("rule")
+    table = measured.combine_first(before).round({"seconds": 1, "memory_mb": 0}).sort_index()
+    COSTS.write_text(HEAD + table[["seconds", "memory_mb"]].to_csv(sep="\t", lineterminator="\n"))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,28 @@
+# What a run would take, before it is begun: a dry run of each target at measured costs.
+import time
+
+
+rule plan:
+    """Before a run: scenes and their effects, jobs, expected minutes and memory of every target."""
+    input:
+        costs=str(HOME / "config/costs.tsv"),
+        library=library("plan.py"),
+    output:
+        "results/study/plan.csv",
+    params:
+        dry_run=[
+            *(sys.executable, "-m", "snakemake", "--dry-run", "--quiet", "rules"),
+            *asked_settings(),
+            *("--snakefile", str(HOME / "Snakefile")),
+        ],
+        targets=["study", *PAGES],
+        cores=workflow.cores or 1,
+        now=time.time(),  # what there is to do changes with every run, which no file says
+    log:
+        "results/logs/plan.log",
+    benchmark:
+        "results/benchmarks/plan/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/plan.py"

@@ -1,0 +1,79 @@
+# Moduli that rise and fall within a month, on demand: the fitted breast, its moduli changed, loaded and pressed again.
+SOFTENING = config["softening"]
+PAGES["softening"] = {"tables": ["softening"], "figures": ["softening"]}
+
+
+rule soften:
+    """One breast with its fitted moduli, and with other ones: nipple, force, thickness and dose."""
+    input:
+        unpack(lambda wildcards: breast_inputs(wildcards.v)),
+        moduli="results/identification/{v}/moduli.csv",
+        fit="results/identification/{v}/fit.csv",
+        library=library("soften.py"),
+    output:
+        "results/softening/{v}/{side}.csv",
+    params:
+        settings=lambda wildcards: chain_settings(TISSUES, pressed_to_standard(wildcards.v)),
+        factors=SOFTENING["factors"],
+        gravity=lambda wildcards: gravity(wildcards.v, STRESS_FREE["position"]),
+        seed=config["seed"],
+    log:
+        "results/logs/soften/{v}_{side}.log",
+    benchmark:
+        "results/benchmarks/soften/{v}_{side}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/soften.py"
+
+
+rule softening_table:
+    """All breasts with other moduli, and the largest changes."""
+    input:
+        rows=over("results/softening/{v}/{side}.csv", side=COMPRESSION["sides"]),
+        library=library("softening_table.py"),
+    output:
+        table="results/study/softening.csv",
+        numbers="results/study/softening.json",
+    log:
+        "results/logs/softening_table/all.log",
+    benchmark:
+        "results/benchmarks/softening_table/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/softening_table.py"
+
+
+rule figure_softening:
+    """Nipple, force, thickness and dose against the change of the moduli."""
+    input:
+        table="results/study/softening.csv",
+        library=library("figure_softening.py"),
+    output:
+        "results/study/figures/softening.png",
+    log:
+        "results/logs/figure_softening/all.log",
+    benchmark:
+        "results/benchmarks/figure_softening/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_softening.py"
+
+
+rule softening:
+    """Moduli softer and stiffer within a month, on demand: results/study/softening.csv and softening.html."""
+    input:
+        **page("softening"),
+        library=library("page.py"),
+    output:
+        "results/study/softening.html",
+    log:
+        "results/logs/softening/all.log",
+    benchmark:
+        "results/benchmarks/softening/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/page.py"

@@ -1,0 +1,56 @@
+"""The plan of a run: dry runs of its targets, at what their rules cost when they were measured."""
+
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import _log
+import pandas as pd
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.core.progress import progress
+from mammosim.io.tables import read_table, write_table
+from mammosim.study.plan import costs, jobs_of, plan, scene_lines, summary, words
+
+
+def main(
+    files: Mapping[str, str], settings: Mapping, scenes: Mapping[str, list[str] | str], out: str
+) -> None:
+    targets = progress(settings["targets"], label="dry runs", total=len(settings["targets"]))
+    jobs = {target: jobs_of(dry_run([*settings["dry_run"], target])) for target in targets}
+    known = costs(benchmarks(Path("results/benchmarks")), pd.read_table(files["costs"], comment="#"))
+    table = plan(jobs, known)
+    write_table(table, out)
+    found = summary(table, jobs, cores=settings["cores"])
+    sys.stdout.write(words(found, table, scene_lines(effects_of(scenes)), cores=settings["cores"]) + "\n")
+
+
+def dry_run(command: list[str]) -> str:
+    """What Snakemake says it would do. Raises ConfigurationError with its words when it refuses."""
+    ran = subprocess.run(command, text=True, capture_output=True, check=False)
+    if ran.returncode:
+        raise ConfigurationError(
+            f"{command[-1]} cannot be planned: {(ran.stderr or ran.stdout).strip()[-2000:]}"
+        )
+    return ran.stdout + ran.stderr
+
+
+def benchmarks(folder: Path) -> pd.DataFrame:
+    """What Snakemake measured of every job that ran here."""
+    parts = [pd.read_table(path).assign(rule=path.parent.name) for path in sorted(folder.glob("*/*.tsv"))]
+    return pd.concat([pd.DataFrame(columns=["rule", "cpu_time", "max_rss"]), *parts], ignore_index=True)
+
+
+def effects_of(scenes: Mapping[str, list[str] | str]) -> dict[str, pd.DataFrame | list[str] | None]:
+    """The effects of each scene: listed, or read from the file of its screening, if that was made."""
+    return {
+        name: given if isinstance(given, list) else read_table(given) if Path(given).exists() else None
+        for name, given in scenes.items()
+    }
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    settings = dict(snakemake.params.items())
+    main(dict(snakemake.input.items()), settings, settings.pop("scenes", {}), snakemake.output[0])
