@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mammosim.core.labels import Label
+
 # VTK order of the quadratic tetrahedron: vertices 0-3, then the mid-edge nodes of these edges.
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 # Faces of a tetrahedron with outward normals, as vertices and then mid-edge nodes (VTK quadratic triangle).
@@ -30,7 +32,8 @@ class TetMesh:
 
     points: (n_node, 3) mm.
     cells: (n_cell, 10) node numbers in VTK order.
-    tissue: (n_cell,) core.labels.Label of each cell.
+    tissue: (n_cell,) core.labels.Label of each cell: that of most of its volume.
+    shares: (n_cell, len(Label)) of each cell's volume that each label has; None: cells wholly of one tissue.
     boundaries: name -> (n_face, 6) node numbers of quadratic triangles, normals outward;
         'skin' meets the air, 'posterior' is where the tissue is held.
     """
@@ -39,6 +42,7 @@ class TetMesh:
     cells: np.ndarray
     tissue: np.ndarray
     boundaries: Mapping[str, np.ndarray] = field(default_factory=dict)
+    shares: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3:
@@ -47,6 +51,23 @@ class TetMesh:
             raise ValueError(f"cells {self.cells.shape} must be (n_cell, 10): quadratic tetrahedra")
         if self.tissue.shape != (len(self.cells),):
             raise ValueError(f"tissue {self.tissue.shape} must be (n_cell,) = ({len(self.cells)},)")
+        if self.shares is not None:
+            self._require_shares(self.shares)
+
+    def _require_shares(self, shares: np.ndarray) -> None:
+        if shares.shape != (len(self.cells), len(Label)):
+            raise ValueError(
+                f"shares {shares.shape} must be (n_cell, n_label) = {len(self.cells), len(Label)}"
+            )
+        if not (np.all(shares >= 0) and np.allclose(shares.sum(axis=1), 1.0, rtol=0, atol=1e-6)):
+            raise ValueError("shares of a cell's volume must be positive or zero, and sum to 1")
+        if np.any(np.take_along_axis(shares, self.tissue[:, None].astype(int), 1)[:, 0] < shares.max(axis=1)):
+            raise ValueError("tissue must be the label of the largest share; change both, or drop the shares")
+
+    @property
+    def composition(self) -> np.ndarray:
+        """(n_cell, len(Label)): the shares, or 1 for the cell's tissue where there are none."""
+        return np.eye(len(Label))[self.tissue] if self.shares is None else self.shares
 
     def moved_to(self, points: np.ndarray) -> "TetMesh":
         """The same mesh in another configuration, points (n_node, 3)."""

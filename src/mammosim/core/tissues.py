@@ -55,7 +55,7 @@ class Tissue:
 class CellTissues:
     """The tissue of every cell of a mesh: E [kPa], nu [-], density [g/cm3], (n_cell,) each; limits of Tissue.
 
-    For moduli that differ within a tissue, such as left and right.
+    For moduli that differ within a tissue, such as left and right, and for cells of several tissues.
     """
 
     youngs_modulus_kpa: np.ndarray
@@ -66,18 +66,8 @@ class CellTissues:
         columns = (self.youngs_modulus_kpa, self.poisson_ratio, self.density_g_cm3)
         if len({np.shape(column) for column in columns}) != 1:
             raise MechanicsError("youngs_modulus_kpa, poisson_ratio, density_g_cm3 must each be (n_cell,)")
-        for E, nu, density in np.unique(np.column_stack(columns), axis=0):
-            Tissue(E, nu, density)
-
-    @classmethod
-    def of(cls, labels: np.ndarray, tissues: "Tissues") -> "CellTissues":
-        """Those of cells with labels (n_cell,). Raises MechanicsError for a tissue without parameters."""
-        if isinstance(tissues, CellTissues):
-            return tissues
-        known, index = np.unique(labels, return_inverse=True)
-        found = [tissue_of(label, tissues) for label in known]
-        names = ("youngs_modulus_kpa", "poisson_ratio", "density_g_cm3")
-        return cls(*(np.array([getattr(tissue, name) for tissue in found])[index] for name in names))
+        for extreme in (np.min, np.max):
+            Tissue(*(float(extreme(column)) for column in columns))
 
     @property
     def shear_modulus_kpa(self) -> np.ndarray:

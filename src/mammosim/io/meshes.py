@@ -1,6 +1,7 @@
 """Meshes as VTK files (.vtu): tetrahedra and boundary triangles, quadratic, in mm, LPS.
 
-Cell data `tissue` holds the label of a tetrahedron (0 on triangles), `boundary` the number of a triangle's
+Cell data `tissue` holds the label of a tetrahedron (0 on triangles), `shares` those of every label in its
+volume (nan on triangles), where cells are of several tissues, `boundary` the number of a triangle's
 boundary in BOUNDARY_NUMBERS (0 on tetrahedra).
 """
 
@@ -37,6 +38,8 @@ def write_mesh(
     on_faces = np.concatenate([np.empty(0), *numbers]).astype(np.uint8)
     fields = {name: [v, _nothing(v, len(faces))] for name, v in _rows(cell_data).items()}
     fields["tissue"] = [mesh.tissue.astype(np.uint8), np.zeros(len(faces), dtype=np.uint8)]
+    if mesh.shares is not None:
+        fields["shares"] = [mesh.shares, _nothing(mesh.shares, len(faces))]
     fields["boundary"] = [np.zeros(len(mesh.cells), dtype=np.uint8), on_faces]
     cells = [(CELL, mesh.cells), (FACE, faces)]
     stored = meshio.Mesh(mesh.points, cells, point_data=_rows(point_data), cell_data=fields)
@@ -67,7 +70,9 @@ def read_mesh(path: str | Path) -> TetMesh:
     faces = stored.cells_dict.get(FACE, np.empty((0, 6), dtype=np.int64))
     on_faces = stored.cell_data_dict["boundary"].get(FACE, np.empty(0))
     boundaries = {name: faces[on_faces == n] for name, n in BOUNDARY_NUMBERS.items() if n in on_faces}
-    return TetMesh(stored.points, stored.cells_dict[CELL], _on_cells(stored, "tissue", path), boundaries)
+    shares = stored.cell_data_dict["shares"][CELL] if "shares" in stored.cell_data else None
+    tissue = _on_cells(stored, "tissue", path)
+    return TetMesh(stored.points, stored.cells_dict[CELL], tissue, boundaries, shares)
 
 
 def read_point_data(path: str | Path, name: str) -> np.ndarray:

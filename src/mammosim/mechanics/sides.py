@@ -8,6 +8,7 @@ import numpy as np
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import CellTissues, Tissues
 from mammosim.mechanics.body import Body, Skin
+from mammosim.mechanics.mixture import cell_tissues
 from mammosim.mechanics.soundness import faces_of
 
 SIDES = ("left", "right")
@@ -28,7 +29,7 @@ def sided_body(
     Raises MechanicsError for a tissue of the mesh without parameters, or a mesh without skin.
     """
     left = is_left(mesh, mesh.cells, middle_mm)
-    one, other = (CellTissues.of(mesh.tissue, tissues[side]) for side in SIDES)
+    one, other = (cell_tissues(mesh, tissues[side]) for side in SIDES)
     names = ("youngs_modulus_kpa", "poisson_ratio", "density_g_cm3")
     both = CellTissues(*(np.where(left, getattr(one, name), getattr(other, name)) for name in names))
     return Body(both, (_sided_skin(mesh, skins, middle_mm),))

@@ -46,12 +46,14 @@ class ElementSize:
 def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
     """Tetrahedra of the DEFORMABLE voxels' largest piece, with tissue and boundaries `skin` and `posterior`.
 
-    A cell's tissue is the label of most deformable voxels in it. Raises MeshError when there is nothing to
-    mesh, or the mesh is not sound.
+    The shares of its cells are those of the deformable voxels in them. Raises MeshError when there is nothing
+    to mesh, or the mesh is not sound.
     """
     coarse = _thinned(labels, min(size.breast_mm, size.chest_mm) / VOXELS_PER_ELEMENT)
     mesh = mesh_surface(surface_of_labels(coarse), size=_size_by_depth(coarse, size))
-    mesh = replace(mesh, tissue=tissue_of_cells(mesh, labels), boundaries=named_boundaries(mesh, coarse))
+    shares = shares_of_cells(mesh, labels)
+    tissue = shares.argmax(axis=1).astype(np.uint8)
+    mesh = replace(mesh, tissue=tissue, shares=shares, boundaries=named_boundaries(mesh, coarse))
     require_sound(mesh)
     return mesh
 
@@ -71,10 +73,10 @@ def crop_body(
     return LabelMap(labels.grid, np.where(cut, np.uint8(Label.THORAX), labels.values))
 
 
-def tissue_of_cells(mesh: TetMesh, labels: LabelMap) -> np.ndarray:
-    """The label (n_cell,) uint8 of most deformable voxels in each cell, or of the nearest if there is none.
+def shares_of_cells(mesh: TetMesh, labels: LabelMap) -> np.ndarray:
+    """The share (n_cell, len(Label)) of each label in the deformable voxels of a cell.
 
-    Of labels with equal numbers of voxels the lowest counts.
+    A cell without any is wholly of the nearest one's label.
     """
     # ASSUME: skin voxels count as adipose in the volume, since the skin is a membrane on the surface.
     tissue = np.where(labels.values == Label.SKIN, np.uint8(Label.ADIPOSE), labels.values)
@@ -83,12 +85,11 @@ def tissue_of_cells(mesh: TetMesh, labels: LabelMap) -> np.ndarray:
     n = len(Label)
     votes = np.bincount(raster.cell[counted] * n + tissue[counted], minlength=len(mesh.cells) * n)
     votes = votes.reshape(-1, n)
-    winner = votes.argmax(axis=1).astype(np.uint8)
     empty = votes.sum(axis=1) == 0
     if empty.any():
         centres = mesh.points[mesh.cells[empty, :4]].mean(axis=1)
-        winner[empty] = _nearest_deformable(tissue, labels.grid, centres)
-    return winner
+        votes[empty, _nearest_deformable(tissue, labels.grid, centres)] = 1
+    return votes / votes.sum(axis=1, keepdims=True)
 
 
 def _nearest_deformable(tissue: np.ndarray, grid: Grid, points: np.ndarray) -> np.ndarray:

@@ -150,7 +150,7 @@ class _Body:
     @classmethod
     def of(cls, mesh: TetMesh, target: TetMesh, settings: MorphSettings) -> "_Body":
         volumes = _require_unfolded(mesh)
-        bulk = NeoHookean.of(mesh, dict.fromkeys((Label(t) for t in np.unique(mesh.tissue)), _TISSUE))
+        bulk = NeoHookean.of(mesh, dict.fromkeys(Label, _TISSUE))
         held = np.zeros(mesh.points.shape, dtype=bool)
         for name in settings.held:
             held[mesh.boundary_nodes(name)] = True

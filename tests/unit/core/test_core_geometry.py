@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, FACES, SUBTETRAHEDRA, TetMesh
 from mammosim.core.rigid import IDENTITY, RigidTransform, rotation
 from mammosim.core.volume import Grid, Image, LabelMap, grid_around
@@ -78,3 +79,22 @@ def test_faces_point_outward_with_their_own_mid_edge_nodes(tetrahedron):
 def test_a_linear_tetrahedron_is_refused(tetrahedron):
     with pytest.raises(ValueError, match="quadratic tetrahedra"):
         TetMesh(tetrahedron, np.array([[0, 1, 2, 3]]), np.array([1]))
+
+
+def test_a_cell_without_shares_is_wholly_of_its_tissue(tetrahedron):
+    mesh = TetMesh(tetrahedron, np.arange(10)[None], np.array([Label.GLANDULAR]))
+    assert mesh.composition.tolist() == [[0, 0, 1, 0, 0, 0, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("shares", "words"),
+    [
+        ([0.0, 0.5, 0.5], r"shares \(1, 3\) must be \(n_cell, n_label\) = \(1, 8\)"),
+        ([0.0, 0.5, 0.6, 0, 0, 0, 0, 0], "sum to 1"),
+        ([0.0, -0.5, 1.5, 0, 0, 0, 0, 0], "positive or zero"),
+        ([0.0, 0.7, 0.3, 0, 0, 0, 0, 0], "tissue must be the label of the largest share"),
+    ],
+)
+def test_shares_that_cannot_be_are_refused(tetrahedron, shares, words):
+    with pytest.raises(ValueError, match=words):
+        TetMesh(tetrahedron, np.arange(10)[None], np.array([Label.GLANDULAR]), shares=np.array([shares]))

@@ -39,6 +39,15 @@ def test_a_mesh_without_boundaries_reads_back(mesh: TetMesh, tmp_path: Path) -> 
     assert read_mesh(tmp_path / "m.vtu").boundaries == {}
 
 
+def test_shares_of_tissues_read_back_and_a_mesh_without_has_none(mesh: TetMesh, tmp_path: Path) -> None:
+    shares = np.zeros((2, len(Label)))
+    shares[:, Label.GLANDULAR], shares[:, Label.MUSCLE] = [2 / 3, 0.1], [1 / 3, 0.9]
+    write_mesh(replace(mesh, shares=shares), tmp_path / "m.vtu")
+    np.testing.assert_array_equal(read_mesh(tmp_path / "m.vtu").shares, shares)
+    write_mesh(mesh, tmp_path / "m.vtu")
+    assert read_mesh(tmp_path / "m.vtu").shares is None
+
+
 def test_fields_read_back_on_nodes_and_cells(mesh: TetMesh, tmp_path: Path) -> None:
     J, strain = np.array([0.9, 1.1]), np.arange(18.0).reshape(2, 3, 3)
     write_mesh(

@@ -5,9 +5,9 @@ import pytest
 
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import DEFORMABLE, Label
-from mammosim.core.mesh import TetMesh
+from mammosim.core.mesh import EDGES, TetMesh
 from mammosim.core.volume import LabelMap, grid_around
-from mammosim.meshing.body import ElementSize, crop_body, mesh_body, tissue_of_cells
+from mammosim.meshing.body import ElementSize, crop_body, mesh_body, shares_of_cells
 from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.quality import quality
 
@@ -81,12 +81,36 @@ def test_tissue_volumes_agree_with_the_voxels(mesh: TetMesh, labels: LabelMap) -
     assert volume.sum() == pytest.approx(cropped, rel=0.05)
 
 
-def test_most_voxels_decide_and_the_nearest_where_there_is_none(labels: LabelMap) -> None:
+def test_shares_of_tissues_give_their_volumes_nearer_than_one_label_per_cell(
+    mesh: TetMesh, labels: LabelMap
+) -> None:
+    volume = quality(mesh)["volume_mm3"].to_numpy()
+    for label in (Label.GLANDULAR, Label.MUSCLE):
+        there = (crop_body(labels, **CROP).values == label).sum() * labels.grid.voxel_volume
+        # A cell has 1000 mm3 / 64 = 8 voxels or so: of a whole body their errors cancel.
+        assert volume @ mesh.shares[:, label] == pytest.approx(there, rel=0.05)
+
+
+def test_the_share_above_a_plane_through_a_tetrahedron_is_the_cube_of_its_height() -> None:
+    L, h = 60.0, 24.0
+    corners = np.array([[0.0, 0, 0], [L, 0, 0], [0, L, 0], [0, 0, L]])
+    points = np.vstack([corners, corners[np.array(EDGES)].mean(axis=1)])
+    cell = TetMesh(points, np.arange(10)[None], np.array([Label.ADIPOSE]))
+    grid = grid_around(np.full(3, -2.0), np.full(3, L + 2), 1.0)
+    z = grid.centres()[:, 2].reshape(grid.shape)
+    values = np.where(z > h, Label.GLANDULAR, Label.MUSCLE).astype(np.uint8)
+    shares = shares_of_cells(cell, LabelMap(grid, values))
+    # Its height is known to half a voxel, and so is the plane's: (L - h + 1/2)^3 / (L - 1/2)^3 at most.
+    assert shares[0, Label.GLANDULAR] == pytest.approx((1 - h / L) ** 3, rel=3 * (0.5 / (L - h) + 0.5 / L))
+    assert shares[0, Label.MUSCLE] == 1 - shares[0, Label.GLANDULAR]
+
+
+def test_the_nearest_voxel_decides_where_a_cell_has_none(labels: LabelMap) -> None:
     mesh = mesh_body(crop_body(labels, **CROP), size=SIZE)
     tiny = mesh.moved_to(
         np.array([0.0, -30, 0]) + 1e-3 * mesh.points
     )  # between voxel centres, deep in the gland
-    assert (tissue_of_cells(tiny, labels) == Label.GLANDULAR).all()
+    assert (shares_of_cells(tiny, labels)[:, Label.GLANDULAR] == 1).all()
 
 
 def test_the_crop_keeps_air_and_holds_the_cut(labels: LabelMap) -> None:

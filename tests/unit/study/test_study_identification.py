@@ -44,11 +44,13 @@ ERRORS = Errors(skin_mm=0.01, marker_mm=0.05)
 
 @pytest.fixture(scope="module")
 def rest():
-    """Half a ball on the plane z = 0, its inner part gland."""
+    """Half a ball on the plane z = 0, its inner part gland, with cells of both tissues between."""
     ball = ball_part(50.0, 22.0)
     middle = ball.points[ball.cells[:, :4]].mean(axis=1)
-    gland = np.linalg.norm(middle - [0, 0, middle[:, 2].mean()], axis=1) < 22
-    return replace(ball, tissue=np.where(gland, Label.GLANDULAR, Label.ADIPOSE).astype(np.uint8))
+    gland = np.clip((27 - np.linalg.norm(middle - [0, 0, middle[:, 2].mean()], axis=1)) / 10, 0, 1)
+    shares = np.zeros((len(gland), len(Label)))
+    shares[:, Label.GLANDULAR], shares[:, Label.ADIPOSE] = gland, 1 - gland
+    return replace(ball, tissue=shares.argmax(axis=1).astype(np.uint8), shares=shares)
 
 
 @pytest.fixture(scope="module")

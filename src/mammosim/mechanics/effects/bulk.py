@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import CellTissues, Tissues
+from mammosim.core.tissues import Tissues
 from mammosim.mechanics.effects import bulk_kernels as kernels
+from mammosim.mechanics.mixture import cell_tissues
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
 from mammosim.mechanics.reference import CellQuadrature, cell_quadrature
 
@@ -34,7 +35,7 @@ class NeoHookean:
     @classmethod
     def of(cls, mesh: TetMesh, tissues: Tissues) -> "NeoHookean":
         """The cells of a mesh whose points are the reference. Raises MechanicsError for an unknown tissue."""
-        each = CellTissues.of(mesh.tissue, tissues)
+        each = cell_tissues(mesh, tissues)
         quadrature = cell_quadrature(mesh.points, mesh.cells)
         return cls(mesh.cells, quadrature, each.shear_modulus_kpa, each.bulk_modulus_kpa)
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import CellTissues, Tissues
+from mammosim.core.tissues import Tissues
 from mammosim.core.units import KPA_PER_MM_PER_G_CM3
 from mammosim.mechanics.effects.protocol import NO_ELEMENTS, WithoutVolume
+from mammosim.mechanics.mixture import cell_tissues
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
 from mammosim.mechanics.reference import CELL_SHAPES, cell_quadrature
 
@@ -31,7 +32,7 @@ class Weight(WithoutVolume):
         """
         gravity = np.asarray(gravity, dtype=float)
         require_direction(gravity)
-        weight_density = KPA_PER_MM_PER_G_CM3 * CellTissues.of(mesh.tissue, tissues).density_g_cm3
+        weight_density = KPA_PER_MM_PER_G_CM3 * cell_tissues(mesh, tissues).density_g_cm3
         volumes = cell_quadrature(mesh.points, mesh.cells).volumes
         fe = np.einsum("e,eq,qa->ea", weight_density, volumes, CELL_SHAPES)
         forces = np.zeros_like(mesh.points)
