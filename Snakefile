@@ -20,8 +20,8 @@ wildcard_constraints:
 # In the order in which one names what another made.
 STAGES = """
     volunteers images mesh morph mechanics unloading compression xray checks identification
-    validation study figures hard_cases softening recovery programs peers
-    peers_xray report plan
+    validation study figures hard_cases softening scene_names scenes
+    recovery programs peers peers_xray report plan
 """.split()
 
 for stage in STAGES:

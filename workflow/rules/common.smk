@@ -207,7 +207,7 @@ def chain_settings(tissues, load):
 def pressed_to_standard(volunteer):
     """The load of a chain: upright, and pressed by the standard strategy."""
     thickness_mm = COMPRESSION["thickness_mm"][volunteer]
-    return {"position": "upright", "thickness_mm": thickness_mm, "strategy": SCENES["standard"]}
+    return {"position": "upright", "thickness_mm": thickness_mm, "strategy": WAYS["standard"]}
 
 
 def asked_settings():

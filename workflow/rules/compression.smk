@@ -1,13 +1,13 @@
 # The breast between paddle and support, by several strategies and with several sets of moduli.
 COMPRESSION = config["compression"]
-SCENES = checked(read_yaml(COMPRESSION["scenes"]), "compression", [COMPRESSION["scenes"]])
-STRATEGIES = known_strategies(COMPRESSION["strategies"], SCENES)
+WAYS = checked(read_yaml(COMPRESSION["strategies_file"]), "compression", [COMPRESSION["strategies_file"]])
+STRATEGIES = known_strategies(COMPRESSION["strategies"], WAYS)
 MODULI = {name: TISSUES if name == "gravity" else tissue_table(name) for name in COMPRESSION["moduli"]}
 XRAYED = "standard_gravity"  # what is X-rayed by default; any other strategy and set of moduli may be asked for
 
 
 wildcard_constraints:
-    strategy="|".join(SCENES),
+    strategy="|".join(WAYS),
     moduli="|".join(MODULI),
 
 
@@ -29,7 +29,7 @@ rule compress:
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
     params:
         tissues=lambda wildcards: MODULI[wildcards.moduli],
-        strategy=lambda wildcards: SCENES[wildcards.strategy],
+        strategy=lambda wildcards: WAYS[wildcards.strategy],
         thickness_mm=lambda wildcards: COMPRESSION["thickness_mm"][wildcards.v],
         **{key: COMPRESSION[key] for key in ("smallest_mm", "steps", "penetration_mm")},
         plate_mm=COMPRESSION["plate_mm"],

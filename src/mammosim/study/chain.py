@@ -82,10 +82,7 @@ class Chain:
 
     def upstream(self, name: str) -> tuple[str, ...]:
         """The products that one is made of, each after those that it needs itself."""
-        found: dict[str, None] = {}
-        for need in self.products[name].needs:
-            found |= dict.fromkeys((*self.upstream(need), need))
-        return tuple(found)
+        return upstream(self.products, name)
 
     def seconds(self, name: str) -> dict[str, float]:
         """Processor time that a product and each that it is made of took, as far as they were made."""
@@ -165,6 +162,14 @@ class Inputs:
     def _declared(self, name: str, among: Collection[str]) -> None:
         if not any(f"{name}.".startswith(f"{each}.") for each in among):
             raise KeyError(f"{name!r} is read by a product that does not name it")
+
+
+def upstream(products: Mapping[str, Product], name: str) -> tuple[str, ...]:
+    """The products that one is made of, each after those that it needs itself."""
+    found: dict[str, None] = {}
+    for need in products[name].needs:
+        found |= dict.fromkeys((*upstream(products, need), need))
+    return tuple(found)
 
 
 def changed(values: Mapping[str, Any], path: list[str], value: Any) -> dict[str, Any]:

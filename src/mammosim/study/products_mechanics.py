@@ -102,7 +102,7 @@ def _standard(inputs: Inputs) -> Way:
 def _pressed(inputs: Inputs) -> Pressed:
     """The breast between the plates, where the strategy of the scene ends."""
     strategy, scene = Strategy.of(inputs.setting("load.strategy")), inputs["scene"]
-    if strategy.until != ThicknessShare(1.0) or strategy.paddle != Rigid():
+    if not isinstance(strategy.until, ThicknessShare) or strategy.paddle != Rigid():
         scene = replace(scene, standard=inputs["standard"])
     return pressed(scene, strategy.press(scene), inputs.setting("compression.thresholds"))
 

@@ -9,6 +9,8 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.study.chain import Chain
 from mammosim.study.products_mechanics import nipple_of
 
+QUANTILE = 1.96  # of the normal distribution: 95 % lie within so many standard errors
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -21,11 +23,21 @@ class Quantity:
     products: tuple[str, ...]
     of: Callable[[Chain], np.ndarray | float]
     relative: bool = False
+    noise: Callable[[Chain], float] | None = None
+    means_with: tuple[str, ...] = ()
 
     def change(self, value: np.ndarray | float, reference: np.ndarray | float) -> float:
         """How far a value is from a reference, in the unit of the quantity's name."""
         away = float(np.linalg.norm(np.asarray(value) - reference))
         return 100 * away / float(np.linalg.norm(reference)) if self.relative else away
+
+
+def _d_noise(chain: Chain) -> float:
+    """From the 95 % interval of d'."""
+    row = chain["image"]
+    return (row["calcification_d_high"] - row["calcification_d_low"]) / (
+        2 * QUANTILE * row["calcification_d"]
+    )
 
 
 def _pressed(column: str) -> Callable[[Chain], float]:
@@ -36,6 +48,7 @@ def _seen(column: str) -> Callable[[Chain], float]:
     return lambda chain: float(chain["image"][column])
 
 
+NOISE = ("quantum_noise",)  # a contrast over no noise is infinite
 QUANTITIES: Mapping[str, Quantity] = {
     "nipple_mm": Quantity(
         "place of the nipple in the position", ("loaded",), lambda chain: nipple_of(chain, chain["loaded"])
@@ -54,19 +67,32 @@ QUANTITIES: Mapping[str, Quantity] = {
         ("dose", "exposure"),
         lambda chain: chain["dose"].mgy_per_mas * chain["exposure"],
         relative=True,
+        noise=lambda chain: chain["dose"].relative_error,
     ),
     "scatter_to_primary": Quantity(
         "scatter over primary behind the lesion", ("image",), _seen("scatter_to_primary")
     ),
     "cnr_percent": Quantity(
-        "contrast-to-noise ratio of the lesion", ("image",), _seen("cnr_quantum"), relative=True
+        "contrast-to-noise ratio of the lesion",
+        ("image",),
+        _seen("cnr_quantum"),
+        relative=True,
+        means_with=NOISE,
     ),
-    "d_percent": Quantity("d' of the calcifications", ("image",), _seen("calcification_d"), relative=True),
+    "d_percent": Quantity(
+        "d' of the calcifications",
+        ("image",),
+        _seen("calcification_d"),
+        relative=True,
+        noise=_d_noise,
+        means_with=NOISE,
+    ),
     "slice_cnr_percent": Quantity(
         "contrast-to-noise ratio of the lesion in its slice",
         ("slices",),
         lambda chain: chain["slices"]["cnr"],
         relative=True,
+        means_with=NOISE,
     ),
 }
 

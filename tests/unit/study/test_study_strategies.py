@@ -154,7 +154,7 @@ def schema(repository):
 
 
 def test_the_published_strategies_are_accepted_and_can_be_built(repository, schema):
-    settings = yaml.safe_load((repository / "config/scenes/compression.yaml").read_text())
+    settings = yaml.safe_load((repository / "config/strategies.yaml").read_text())
     check_settings(settings, schema, files=["-"])
     assert {"standard", "reduced", "pressure", "flexible", "tilted"} <= set(settings)
     assert all(Strategy.of(values) for values in settings.values())

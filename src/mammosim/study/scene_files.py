@@ -1,0 +1,98 @@
+"""Products of a scene as files: what one job makes and another one goes on with."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mammosim.io.images import read_labels, write_labels
+from mammosim.io.meshes import read_mesh, write_mesh
+from mammosim.io.tables import read_json, read_table, write_json, write_table
+from mammosim.study.breast import read_breast
+from mammosim.study.chain import Chain
+from mammosim.study.pressed import Pressed
+from mammosim.study.products_xray import Voxels
+from mammosim.study.scenes import PRODUCTS, Scene
+from mammosim.xray.dose import GlandularDose
+
+Paths = Sequence[str]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """How a product is kept: endings of its files; write(chain, value, paths), read(paths)."""
+
+    endings: tuple[str, ...]
+    write: Callable[[Chain, Any, Paths], None]
+    read: Callable[[Paths], Any]
+
+
+def _write_points(chain: Chain, points: np.ndarray, paths: Paths) -> None:
+    write_mesh(chain["mesh"].moved_to(points), paths[0])
+
+
+def _write_pressed(chain: Chain, found: Pressed, paths: Paths) -> None:
+    _write_points(chain, found.points, paths)
+    write_json({"row": dict(found.row), "plates": dict(found.plates)}, paths[1])
+
+
+def _read_pressed(paths: Paths) -> Pressed:
+    """Shape, row and plates; without the tables beside them."""
+    facts, nothing = read_json(paths[1]), pd.DataFrame()
+    points = read_mesh(paths[0]).points
+    return Pressed(points, nothing, nothing, nothing, nothing, nothing, facts["row"], facts["plates"])
+
+
+def _write_voxels(chain: Chain, voxels: Voxels, paths: Paths) -> None:
+    write_labels(voxels.labels, paths[0])
+    write_json(dict(voxels.plates), paths[1])
+
+
+def _plain(values: Any) -> Any:
+    return {name: float(value) for name, value in values.items()}
+
+
+STORED: Mapping[str, Stored] = {
+    "mesh": Stored((".vtu",), lambda c, mesh, p: write_mesh(mesh, p[0]), lambda p: read_mesh(p[0])),
+    "stress_free": Stored((".vtu",), lambda c, mesh, p: write_mesh(mesh, p[0]), lambda p: read_mesh(p[0])),
+    "loaded": Stored((".vtu",), _write_points, lambda p: read_mesh(p[0]).points),
+    "pressed": Stored((".vtu", ".json"), _write_pressed, _read_pressed),
+    "phantom": Stored(
+        (".nii.gz", ".json"), _write_voxels, lambda p: Voxels(read_labels(p[0]), read_json(p[1]))
+    ),
+    "exposure": Stored(
+        (".json",), lambda c, mas, p: write_json({"mas": float(mas)}, p[0]), lambda p: read_json(p[0])["mas"]
+    ),
+    "dose": Stored(
+        (".json",),
+        lambda c, dose, p: write_json(asdict(dose), p[0]),
+        lambda p: GlandularDose(**read_json(p[0])),
+    ),
+    "scatter": Stored((".csv",), lambda c, cells, p: write_table(cells, p[0]), lambda p: read_table(p[0])),
+    "image": Stored((".json",), lambda c, row, p: write_json(_plain(row), p[0]), lambda p: read_json(p[0])),
+    "slices": Stored((".json",), lambda c, row, p: write_json(_plain(row), p[0]), lambda p: read_json(p[0])),
+}
+
+
+def files_of(name: str, paths: Paths) -> list[str]:
+    """The files of a product among others, in the order of its endings."""
+    return [path for path in paths if Path(path).name.split(".")[0] == name]
+
+
+def scene_chain(files: Mapping[str, Any], job: Mapping[str, str], settings: Mapping[str, Any]) -> Chain:
+    """The chain of a scene, with what was made for it before.
+
+    files: those of study.breast.read_breast, made (of products), screening (if any); job: scene, model;
+    settings: scene (the values of its file), settings (of the chain), gravity 'x y z', seed.
+    """
+    values = settings["scene"]
+    screening = read_table(files["screening"][0]) if files["screening"] else None
+    effects = Scene.of(job["scene"], values).modelled(job["model"], screening)
+    names = (settings["seed"], values["volunteer"], values["side"], "scenes")
+    breast = read_breast(files, settings["gravity"], side=values["side"], names=names)
+    kept = {name: files_of(name, files["made"]) for name in STORED}
+    chain = Chain(breast, settings["settings"], effects, PRODUCTS)
+    return chain.given({name: STORED[name].read(paths) for name, paths in kept.items() if paths})

@@ -1,0 +1,143 @@
+"""Which effects a question calls for: what leaving each out does to the answer, on a coarse model.
+
+Each effect is left out of the full model alone; then the most harmless ones in pairs, for two may matter
+only together; then all that may go at once. An answer moves by its change over its tolerance; the largest of
+a scene's answers counts.
+"""
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from mammosim.core.errors import MechanicsError
+
+log = logging.getLogger(__name__)
+COLUMNS = ["scene", "effect", "quantity", "change", "noise", "tolerance", "seconds", "included", "reason"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """changes: of each asked quantity against the full model, in its unit; noise: their standard errors.
+
+    seconds: what it took; refusal: why there is none.
+    """
+
+    changes: Mapping[str, float]
+    seconds: float
+    noise: Mapping[str, float] = field(default_factory=dict)
+    refusal: str = ""
+
+    def moved(self, tolerance: Mapping[str, float]) -> float:
+        """The largest change over its tolerance; infinite where there is no answer."""
+        return np.inf if self.refusal else max(self.changes[q] / t for q, t in tolerance.items())
+
+    def worst(self, tolerance: Mapping[str, float]) -> str:
+        """The quantity that moved most."""
+        return max(tolerance, key=lambda q: self.changes[q] / tolerance[q])
+
+
+@dataclass(frozen=True)
+class Rule:
+    """part: of a tolerance that an effect may move an answer and still be left out; joint_part: all together.
+
+    pairs: how many of the most important effects left out are tried in pairs.
+    """
+
+    part: float = 0.25
+    joint_part: float = 0.5
+    pairs: int = 3
+
+
+Answers = Callable[[frozenset[str]], Answer]
+
+
+@dataclass
+class Screening:
+    """The screening of one scene; answers: of a set of effects, against those of the full one."""
+
+    scene: str
+    full: frozenset[str]
+    needed: frozenset[str]
+    tolerance: Mapping[str, float]
+    answers: Answers
+    rule: Rule
+    reasons: dict[str, str] = field(default_factory=dict)
+    included: set[str] = field(default_factory=set)
+
+    def table(self) -> pd.DataFrame:
+        """COLUMNS, a row per effect and quantity; seconds: saved by leaving the effect out alone.
+
+        Raises MechanicsError where the full model itself has no answer.
+        """
+        whole = self.answers(self.full)
+        if whole.refusal:
+            raise MechanicsError(
+                f"scene {self.scene}: the full model is refused on the coarse mesh: {whole.refusal}; "
+                "screen on a finer preset (scenes.coarse), or list the effects"
+            )
+        alone = {e: self.answers(self.full - {e}) for e in sorted(self.full - self.needed)}
+        self._keep(self.needed, "what is asked means nothing without it, or the machine has it")
+        self._judge_alone(alone)
+        self._judge_pairs(alone)
+        self._judge_together(alone)
+        rows = [
+            row
+            for effect in sorted(self.full)
+            for row in self._rows(effect, alone.get(effect), whole.seconds)
+        ]
+        return pd.DataFrame(rows, columns=COLUMNS)
+
+    def _keep(self, effects: frozenset[str] | set[str], reason: str) -> None:
+        self.included |= effects
+        self.reasons |= dict.fromkeys(effects, reason)
+
+    def _judge_alone(self, alone: Mapping[str, Answer]) -> None:
+        for effect, answer in alone.items():
+            moved = answer.moved(self.tolerance)
+            if answer.refusal:
+                self._keep({effect}, f"without it there is no answer: {answer.refusal}")
+            elif moved > self.rule.part:
+                self._keep({effect}, f"without it {self._words(answer)}")
+            else:
+                self.reasons[effect] = f"without it {self._words(answer)}, below {self.rule.part:g}"
+
+    def _judge_pairs(self, alone: Mapping[str, Answer]) -> None:
+        """Of two that matter only together, the one that matters more alone is kept."""
+        left = sorted(set(alone) - self.included, key=lambda e: -alone[e].moved(self.tolerance))
+        for one, other in combinations(left[: self.rule.pairs], 2):
+            if {one, other} & self.included:
+                continue
+            answer = self.answers(self.full - {one, other})
+            if answer.moved(self.tolerance) > self.rule.part:
+                why = answer.refusal or self._words(answer)
+                self._keep({one}, f"alone it may go, but without it and {other} {why}")
+
+    def _judge_together(self, alone: Mapping[str, Answer]) -> None:
+        """What was left out comes back, the most important first, until all the rest may go at once."""
+        left = sorted(set(alone) - self.included, key=lambda e: alone[e].moved(self.tolerance))
+        while len(left) > 1:
+            answer = self.answers(self.full - set(left))
+            if answer.moved(self.tolerance) <= self.rule.joint_part:
+                log.info("%s: without %s %s", self.scene, ", ".join(left), self._words(answer))
+                return
+            why = answer.refusal or self._words(answer)
+            self._keep({left.pop()}, f"alone it may go, but without all that may {why}")
+
+    def _words(self, answer: Answer) -> str:
+        q = answer.worst(self.tolerance)
+        change, noise = answer.changes[q], answer.noise.get(q, 0.0)
+        told = f" (standard error {noise:.2g}: not told from noise)" if 0 < change < 2 * noise else ""
+        return f"{q} moves by {change:.2g}{told}, {change / self.tolerance[q]:.2g} of its tolerance"
+
+    def _rows(self, effect: str, answer: Answer | None, whole_s: float) -> Iterator[tuple]:
+        for q, tolerance in self.tolerance.items():
+            change, noise, saved = np.nan, np.nan, np.nan
+            if answer is not None and not answer.refusal:
+                change, noise = answer.changes[q], answer.noise.get(q, 0.0)
+                saved = whole_s - answer.seconds
+            included, reason = effect in self.included, self.reasons[effect]
+            yield self.scene, effect, q, change, noise, tolerance, saved, included, reason

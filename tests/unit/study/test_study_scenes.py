@@ -1,0 +1,82 @@
+"""A scene refuses what cannot be asked, and says which products and effects its question has."""
+
+import pandas as pd
+import pytest
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.study.chain import upstream
+from mammosim.study.scene_files import STORED
+from mammosim.study.scenes import EFFECTS, EQUIPMENT, PRODUCTS, Scene, effects_on, products_of
+
+UPRIGHT, PRESSED = {"position": "upright"}, {"strategy": "standard"}
+
+
+def scene(load, asked, effects="auto", **more):
+    return Scene.of("mine", {"load": load, "asked": asked, "effects": effects, **more})
+
+
+@pytest.mark.parametrize(
+    ("load", "asked", "effects", "words"),
+    [
+        (UPRIGHT, {"niple_mm": 1}, "auto", "no quantity 'niple_mm'; choose among: nipple_mm, force_n"),
+        (UPRIGHT, {"nipple_mm": 1}, ["skn"], "no effect 'skn'; choose among: gland"),
+        (UPRIGHT, {"agd_percent": 1}, "auto", "agd_percent needs a strategy in its load, such as standard"),
+        (PRESSED, {"nipple_mm": 1}, "auto", "nipple_mm needs a position in its load, such as upright"),
+        (PRESSED, {"cnr_percent": 1}, ["scatter"], "means nothing without quantum_noise; add it to effects"),
+        (PRESSED, {"cnr_percent": 1}, [], "means nothing without quantum_noise"),
+    ],
+)
+def test_a_question_that_cannot_be_answered_is_refused_with_what_to_write(load, asked, effects, words):
+    with pytest.raises(ConfigurationError, match=f"scene mine: .*{words}"):
+        scene(load, asked, effects)
+
+
+def test_equipment_is_a_grid_or_nothing():
+    with pytest.raises(ConfigurationError, match="no equipment 'lens'; choose among: grid"):
+        scene(PRESSED, {"cnr_percent": 1}, equipment=["lens"])
+
+
+def test_a_scene_has_only_effects_that_act_on_what_it_asks():
+    assert scene(UPRIGHT, {"nipple_mm": 1}).full == {"gland", "muscle", "skin", "fascia", "ligaments"}
+    dose = scene(PRESSED, {"agd_percent": 1}).full
+    assert {"friction", "weight", "polychromatic", "paddle"} <= dose
+    assert not {"scatter", "blur", "quantum_noise"} & dose
+
+
+def test_a_grid_is_there_only_where_the_machine_has_one():
+    assert "grid" not in scene(PRESSED, {"cnr_percent": 1}).full
+    with_grid = scene(PRESSED, {"cnr_percent": 1}, equipment=["grid"])
+    assert "grid" in with_grid.full & with_grid.needed
+
+
+def test_every_effect_of_a_product_has_words_and_every_word_an_effect():
+    assert effects_on(PRODUCTS) == set(EFFECTS)
+    assert set(EFFECTS) >= EQUIPMENT
+
+
+def test_a_question_without_dose_needs_no_dose():
+    assert "dose" not in products_of({"mas_percent": 1, "cnr_percent": 1})
+    assert products_of({"nipple_mm": 1}) == ("body", "mesh", "stress_free", "loaded")
+
+
+def test_every_dear_product_is_kept_as_a_file_and_what_it_needs_comes_before():
+    cheap = {"body", "scene", "standard", "spectrum", "geometry"}
+    assert set(PRODUCTS) == set(STORED) | cheap
+    for name in PRODUCTS:
+        assert name not in upstream(PRODUCTS, name)
+
+
+def test_the_screened_effects_are_those_listed_or_those_found():
+    listed = scene(UPRIGHT, {"nipple_mm": 1}, ["skin", "scatter"])
+    assert listed.modelled("screened", None) == {"skin"}
+    assert listed.modelled("full", None) == listed.full
+    found = pd.DataFrame(
+        {
+            "scene": ["mine", "mine", "other"],
+            "effect": ["skin", "gland", "muscle"],
+            "included": [True, False, True],
+        }
+    )
+    assert scene(UPRIGHT, {"nipple_mm": 1}).modelled("screened", found) == {"skin"}
+    with pytest.raises(ConfigurationError, match="was not screened"):
+        scene(UPRIGHT, {"nipple_mm": 1}).modelled("screened", None)

@@ -1,0 +1,174 @@
+# Scenes: a question each, the effects that it calls for, and only the jobs that its answer needs.
+from functools import partial
+
+from mammosim.study.chain import upstream
+from mammosim.study.scene_files import STORED
+from mammosim.study.scenes import PRODUCTS, Scene, products_of
+
+SCREENING = config["scenes"]
+SCENE_VALUES = {name: scene_values(name) for name in SCREENING["names"]}
+SCENES = {name: known_scene(name, values) for name, values in SCENE_VALUES.items()}
+# Scenes of one breast, tissues and load share all that they have in common while they are screened.
+FAMILY = {name: family_of(values) for name, values in SCENE_VALUES.items()}
+# What one job makes and keeps.
+PARTS = {"body": ["mesh", "stress_free"], **{name: [name] for name in STORED if name not in ("mesh", "stress_free")}}
+PAGES["scenes"] = {"tables": ["scenes", "effects"], "figures": ["effects", "scenes"]}
+
+
+wildcard_constraints:
+    scene="|".join(SCENES),
+    model="screened|full",
+
+
+checkpoint screen:
+    """Which effects each scene of a family calls for: what leaving them out does, on the coarse model."""
+    input:
+        unpack(lambda wildcards: breast_inputs(volunteer_of_family(wildcards.family))),
+        library=library("screen.py"),
+    output:
+        effects="results/scenes/screening/{family}.csv",
+        seconds="results/scenes/screening/{family}.json",
+    params:
+        scenes=lambda wildcards: {s: SCENE_VALUES[s] for s in scenes_of_family(wildcards.family)},
+        settings=lambda wildcards: scene_settings(scenes_of_family(wildcards.family)[0], SCREENING["coarse"]),
+        gravity=lambda wildcards: gravity(volunteer_of_family(wildcards.family), STRESS_FREE["position"]),
+        rule={key: SCREENING[key] for key in ("part", "joint_part", "pairs")},
+        seed=config["seed"],
+    wildcard_constraints:
+        family="|".join({*FAMILY.values()}),
+    log:
+        "results/logs/screen/{family}.log",
+    benchmark:
+        "results/benchmarks/screen/{family}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/screen.py"
+
+
+for part, products in PARTS.items():
+
+    rule:
+        name:
+            f"scene_{part}"
+        input:
+            unpack(lambda wildcards: breast_inputs(SCENE_VALUES[wildcards.scene]["volunteer"])),
+            made=partial(scene_files_before, part=part),
+            screening=screening_of,
+            library=library("scene_part.py"),
+        output:
+            seconds=f"results/scenes/{{scene}}/{{model}}/{part}_seconds.json",
+            files=stored_files("{scene}", "{model}", products),
+        params:
+            scene=lambda wildcards: SCENE_VALUES[wildcards.scene],
+            settings=lambda wildcards: scene_settings(wildcards.scene, SCENES[wildcards.scene].accuracy),
+            gravity=lambda wildcards: gravity(SCENE_VALUES[wildcards.scene]["volunteer"], STRESS_FREE["position"]),
+            products=products,
+            seed=config["seed"],
+        log:
+            f"results/logs/scene_{part}/{{scene}}_{{model}}.log",
+        benchmark:
+            f"results/benchmarks/scene_{part}/{{scene}}_{{model}}.tsv"
+        resources:
+            mem_mb=4000,
+        script:
+            "../scripts/scene_part.py"
+
+
+rule scene_answer:
+    """What one scene asks, with the screened effects or with all, and what each part of it took."""
+    input:
+        unpack(lambda wildcards: breast_inputs(SCENE_VALUES[wildcards.scene]["volunteer"])),
+        made=scene_answer_files,
+        seconds=scene_seconds,
+        screening=screening_of,
+        library=library("scene_answer.py"),
+    output:
+        "results/scenes/{scene}/{model}/answer.json",
+    params:
+        scene=lambda wildcards: SCENE_VALUES[wildcards.scene],
+        settings=lambda wildcards: scene_settings(wildcards.scene, SCENES[wildcards.scene].accuracy),
+        gravity=lambda wildcards: gravity(SCENE_VALUES[wildcards.scene]["volunteer"], STRESS_FREE["position"]),
+        seed=config["seed"],
+    log:
+        "results/logs/scene_answer/{scene}_{model}.log",
+    benchmark:
+        "results/benchmarks/scene_answer/{scene}_{model}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/scene_answer.py"
+
+
+rule scenes_table:
+    """Every scene's answer with the screened effects beside that of the full model, and every decision."""
+    input:
+        answers=expand("results/scenes/{scene}/{model}/answer.json", scene=SCENES, model=["screened", "full"]),
+        effects=expand("results/scenes/screening/{family}.csv", family=families_to_screen()),
+        seconds=expand("results/scenes/screening/{family}.json", family=families_to_screen()),
+        library=library("scenes_table.py"),
+    output:
+        scenes="results/study/scenes.csv",
+        effects="results/study/effects.csv",
+        numbers="results/study/scenes.json",
+    params:
+        scenes=SCENE_VALUES,
+    log:
+        "results/logs/scenes_table/all.log",
+    benchmark:
+        "results/benchmarks/scenes_table/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/scenes_table.py"
+
+
+rule figure_effects:
+    """What every effect does to every answer, in parts of its tolerance, and which were kept."""
+    input:
+        table="results/study/effects.csv",
+        library=library("figure_effects.py"),
+    output:
+        "results/study/figures/effects.png",
+    log:
+        "results/logs/figure_effects/all.log",
+    benchmark:
+        "results/benchmarks/figure_effects/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_effects.py"
+
+
+rule figure_scenes:
+    """The answers of the screened model beside those of the full one, and their time."""
+    input:
+        table="results/study/scenes.csv",
+        library=library("figure_scenes.py"),
+    output:
+        "results/study/figures/scenes.png",
+    log:
+        "results/logs/figure_scenes/all.log",
+    benchmark:
+        "results/benchmarks/figure_scenes/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_scenes.py"
+
+
+rule scenes:
+    """Scenes with only the effects that they call for, on demand: results/study/scenes.csv and scenes.html."""
+    input:
+        **page("scenes"),
+        library=library("page.py"),
+    output:
+        "results/study/scenes.html",
+    log:
+        "results/logs/scenes/all.log",
+    benchmark:
+        "results/benchmarks/scenes/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/page.py"

@@ -1,0 +1,24 @@
+"""What one scene asks, and the processor seconds that its parts took."""
+
+import _log
+
+from mammosim.io.tables import read_json, write_json
+from mammosim.study.scene_answers import values
+from mammosim.study.scene_files import scene_chain
+
+
+def main(files: dict, job: dict, settings: dict, out: str) -> None:
+    chain = scene_chain(files, job, settings)
+    took = sum(seconds for path in files["seconds"] for seconds in read_json(path).values())
+    found = values(chain, settings["scene"]["asked"])
+    write_json({"values": found, "effects": sorted(chain.effects), "seconds": took}, out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()),
+        dict(snakemake.wildcards.items()),
+        dict(snakemake.params.items()),
+        snakemake.output[0],
+    )

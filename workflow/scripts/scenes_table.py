@@ -1,0 +1,35 @@
+"""Every scene's answer beside that of the full model, every decision, and a loud word where they disagree."""
+
+import logging
+import sys
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import read_json, read_table, write_json, write_table
+from mammosim.study.scenes_summary import numbers, outside, rows
+from mammosim.study.screening import COLUMNS
+
+
+def main(files: dict, scenes: dict, out: dict) -> None:
+    took = {name: s for path in files["seconds"] for name, s in read_json(path).items()}
+    pairs = zip(files["answers"][::2], files["answers"][1::2], strict=True)
+    found = [
+        row
+        for (name, values), pair in zip(scenes.items(), pairs, strict=True)
+        for row in rows(name, values["asked"], *map(read_json, pair), took.get(name, 0.0))
+    ]
+    table = pd.DataFrame(found)
+    tables = [pd.DataFrame(columns=COLUMNS), *map(read_table, files["effects"])]
+    effects = pd.concat([each for each in tables if len(each)] or tables[:1], ignore_index=True)
+    write_table(table, out["scenes"])
+    write_table(effects, out["effects"])
+    write_json(numbers(table, effects), out["numbers"])
+    for line in outside(table):
+        logging.getLogger("mammosim").error(line)
+        sys.stderr.write(f"{line}\n")
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(dict(snakemake.input.items()), snakemake.params.scenes, dict(snakemake.output.items()))

@@ -1,0 +1,37 @@
+"""Which effects the scenes of one breast and load call for, on the coarse model."""
+
+import time
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import write_json, write_table
+from mammosim.study.breast import read_breast
+from mammosim.study.chain import Chain
+from mammosim.study.scene_answers import answers
+from mammosim.study.scenes import PRODUCTS, Scene
+from mammosim.study.screening import Rule, Screening
+
+
+def main(files: dict, settings: dict, effects: str, seconds: str) -> None:
+    values = settings["scenes"]
+    first = next(iter(values.values()))
+    names = (settings["seed"], first["volunteer"], first["side"], "scenes")
+    breast = read_breast(files, settings["gravity"], side=first["side"], names=names)
+    chain = Chain(breast, settings["settings"], frozenset(), PRODUCTS)
+    tables, took = [], {}
+    for scene in (Scene.of(name, given) for name, given in values.items()):
+        began = time.process_time()
+        evaluated = answers(chain, scene.full, scene.asked)
+        rule = Rule(**settings["rule"])
+        screening = Screening(scene.name, scene.full, scene.needed, scene.asked, evaluated, rule)
+        tables.append(screening.table())
+        took[scene.name] = time.process_time() - began
+    write_table(pd.concat(tables, ignore_index=True), effects)
+    write_json(took, seconds)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    out = snakemake.output
+    main(dict(snakemake.input.items()), dict(snakemake.params.items()), out.effects, out.seconds)
