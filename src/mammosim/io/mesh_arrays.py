@@ -12,7 +12,12 @@ _BOUNDARY = "boundary_"
 
 
 def write_mesh_arrays(mesh: TetMesh, path: str | Path) -> None:
-    """Write points (n_node, 3), cells (n_cell, 10) in VTK order, tissue (n_cell,), boundary_NAME (n, 6)."""
+    """Write points (n_node, 3), cells (n_cell, 10) in VTK order, tissue (n_cell,), boundary_NAME (n, 6).
+
+    Raises MeshError for cells of several tissues, of which other programs know nothing.
+    """
+    if mesh.shares is not None:
+        raise MeshError("cells of several tissues have no place in plain arrays; give a mesh without shares")
     arrays = {"points": mesh.points, "cells": mesh.cells, "tissue": mesh.tissue}
     arrays |= {_BOUNDARY + name: faces for name, faces in mesh.boundaries.items()}
     with replacing(path) as temporary, open(temporary, "wb") as file:

@@ -22,8 +22,8 @@ QUANTILE = 1.96
 # ASSUME: a modulus counts as identifiable when the data leave at most half of the prior's standard deviation.
 IDENTIFIABLE = 0.5
 UNRESOLVED = (
-    "a lower bound: the layer is thinner than two elements, whose cells hold fat as well, which softens "
-    "what is fitted; above it nothing is known but what was assumed"
+    "the layer is thinner than two elements, whose cells hold fat as well; in series, the fat gives way and "
+    "hides what the muscle does: nothing is known but what was assumed"
 )
 # Draws stay within these standard deviations of the prior's mean, where the prior means anything.
 WITHIN = 3.0
@@ -58,7 +58,8 @@ def _row(problem: Problem, fit: Fit, side: str, tissue: str) -> dict[str, Any]:
     E = float(np.exp(fit.state.theta[j]))
     low, high = E * np.exp(-QUANTILE * deviation), E * np.exp(QUANTILE * deviation)
     if tissue == "muscle" and not is_resolved(problem.pair.start.mesh, Label.MUSCLE):
-        high = max(high, problem.prior.median_kpa[tissue] * problem.prior.factor[tissue] ** QUANTILE)
+        median, most = problem.prior.median_kpa[tissue], problem.prior.factor[tissue] ** QUANTILE
+        low, high = min(low, median / most), max(high, median * most)
         return _values(side, tissue, E, low, high, False, UNRESOLVED)
     found = deviation <= IDENTIFIABLE * prior
     reason = f"{100 * deviation / prior:.0f} % of what was uncertain before is left"

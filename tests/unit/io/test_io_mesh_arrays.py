@@ -1,5 +1,7 @@
 """A mesh as plain arrays comes back as it was, or the file is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,3 +29,9 @@ def test_a_file_without_cells_is_refused(tmp_path):
     np.savez(tmp_path / "mesh.npz", points=np.zeros((4, 3)), tissue=np.zeros(1))
     with pytest.raises(MeshError, match="lacks cells"):
         read_mesh_arrays(tmp_path / "mesh.npz")
+
+
+def test_cells_of_several_tissues_are_refused(tmp_path):
+    mesh = box((1, 1, 2), (10, 10, 20))
+    with pytest.raises(MeshError, match="cells of several tissues have no place in plain arrays"):
+        write_mesh_arrays(replace(mesh, shares=mesh.composition), tmp_path / "mesh.npz")

@@ -131,6 +131,19 @@ def test_what_the_body_does_not_have_is_not_identifiable(problem, fit):
         assert not table.identifiable[side, "fascia"]
 
 
+def test_a_muscle_thinner_than_two_elements_keeps_the_interval_that_was_assumed(problem, fit):
+    mesh = problem.pair.start.mesh
+    beside = np.isin(mesh.cells, mesh.boundary_nodes("posterior")).any(axis=1)
+    tissue = np.where(beside, Label.MUSCLE, Label.ADIPOSE).astype(np.uint8)
+    layered = replace(problem.pair.start, mesh=replace(mesh, tissue=tissue, shares=None))
+    layered_problem = replace(problem, pair=Pair(layered, problem.pair.goal))
+    table = moduli_table("made", layered_problem, fit, fascia_mm=0.1).set_index(["side", "tissue"])
+    muscle = table.loc["left", "muscle"]
+    assert not muscle.identifiable
+    assert muscle.low_kpa <= 30.0 / 2.0**1.96
+    assert muscle.high_kpa >= 30.0 * 2.0**1.96
+
+
 def test_the_models_error_widens_both_sides_alike(problem, fit):
     wider = covariance(replace(problem, model_error={"adipose": 0.3}), fit) - fit.covariance
     left, right = KEYS.index(("left", "adipose")), KEYS.index(("right", "adipose"))
