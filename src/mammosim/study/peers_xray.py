@@ -30,7 +30,7 @@ Arrays = dict[str, np.ndarray]
 COARSER = 8  # times, of what warms a program up
 SMALL_REPORT_MM, SMALL_ERROR = 2.0, 0.1
 THROUGH = 0.999  # share of the straight way through all slices, of rays that cross their top and bottom
-EV_PER_KEV = 1e3
+FEWEST_RUNS = 3  # whose scatter says how well their mean is known
 
 
 class Task(Protocol):
@@ -170,7 +170,7 @@ class Scatter(Dose):
     def amounts(self, found: Mapping[str, Any]) -> dict[str, Any]:
         """found: value [eV], of one or several runs, whose scatter says how well it is known."""
         values = np.atleast_1d(found["value"])
-        spread = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else np.nan
+        spread = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) >= FEWEST_RUNS else np.nan
         return columns("", value=float(values.mean()), standard_error=spread)
 
 

@@ -24,7 +24,7 @@ from mammosim.xray.walk import longest_path
 
 BLOCK = 10_000
 SCATTER_BLOCK = 2_000  # histories that are several photons each
-UNBIASED = 0.1  # share of the energies drawn from the spectrum itself, so that no weight exceeds ten
+UNBIASED = 0.3  # share of the energies drawn from the spectrum itself: low ones matter where the body is thin
 NEAR_MM = 35.0  # from a region's shadow, a few free paths: where most photons start that scatter into it
 RAYS, REPLICATES = 16, 8  # per axis of a region's shadow, and repetitions for the standard error
 

@@ -21,7 +21,7 @@ from mammosim.xray.stream import compiled, stream, uniform
 from mammosim.xray.walk import SCATTERS, TAU, ends, scattering_point, walked
 
 # These change the variance, never the mean; chosen as measured in docs/decisions/xray_transport.md.
-FIRST_COLLISIONS = 4
+FIRST_COLLISIONS = 6
 UPWARD = 0.1  # what flying away from the detector promises, in units of a straight way down
 AGAIN = 0.3  # and what further collisions do, on a flight towards it
 ELSEWHERE = 0.1  # and what reaching a cell does that was not asked for

@@ -31,8 +31,9 @@ def run(
     """Solve what the command line names: problem, small problem, case, result (.npz).
 
     read: from the names of a problem and the case; program: what solves it, as `solve()`; answer: of the
-    solver and what it returned, by name. Only `solve` is timed, as often as the problem's `runs` say (most,
-    and the seconds that are enough), else once. Numbers of several runs are listed, of arrays the last stays.
+    solver and what it returned, by name. Only `solve` is timed, as often as the problem's `runs` say (least,
+    most, and the seconds that are enough), else once. Numbers of several runs are listed, of arrays the last
+    stays.
     who: whose time and memory count, resource.RUSAGE_CHILDREN for a program of its own.
     The small problem is solved first, so that what is compiled or loaded once is not counted.
     """
@@ -43,9 +44,9 @@ def run(
     solver = program(given)
     setup_s = used(resource.RUSAGE_SELF)[1] - began
     before, _ = used(who)
-    most, enough_s = getattr(given, "runs", (1, 0.0))
+    least, most, enough_s = getattr(given, "runs", (1, 1, 0.0))
     runs: list[dict[str, Any]] = []
-    while len(runs) < most and (not runs or sum(r["cpu_s"] for r in runs) < enough_s):
+    while len(runs) < least or (len(runs) < most and sum(r["cpu_s"] for r in runs) < enough_s):
         runs.append(_timed(solver, answer, who))
     found = runs[-1]
     if len(runs) > 1:

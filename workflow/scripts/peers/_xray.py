@@ -35,9 +35,10 @@ class Problem:
             return cls(problem, arrays, json.loads(str(file["facts"])), settings)
 
     @property
-    def runs(self) -> tuple[int, float]:
-        """The most runs, and seconds that are enough."""
-        return self.settings["runs"]["most"], self.settings["runs"]["enough_s"]
+    def runs(self) -> tuple[int, int, float]:
+        """The least and most runs, and seconds that are enough."""
+        runs = self.settings["runs"]
+        return runs["least"], runs["most"], runs["enough_s"]
 
     def from_source(self) -> tuple[np.ndarray, float]:
         """Distance (nv, nu) of the pixels' centres from the source, and its height above the detector, mm."""
