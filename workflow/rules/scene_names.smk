@@ -2,6 +2,8 @@
 import hashlib
 import json
 
+MADE_FOR = {}  # the name of a part that is kept -> a scene, and the effects, that it belongs to
+
 
 def scene_values(name):
     """The values of config/scenes/{name}.yaml, with the volunteer and side that it leaves to the study."""
@@ -67,9 +69,9 @@ def preset(accuracy):
         raise WorkflowError(f"ConfigurationError: {error}") from None
 
 
-def scene_settings(name, accuracy):
-    """What the chain of a scene reads, at a preset or at the errors asked for."""
-    values = SCENE_VALUES[name]
+def scene_settings(name, accuracy=None):
+    """What the chain of a scene reads, at its own accuracy or another one: a preset, or errors asked for."""
+    values, accuracy = SCENE_VALUES[name], accuracy or SCENES[name].accuracy
     load = {**values["load"], "thickness_mm": COMPRESSION["thickness_mm"][values["volunteer"]]}
     if "strategy" in load:
         load["strategy"] = WAYS[load["strategy"]]
@@ -91,33 +93,55 @@ def screening_of(wildcards):
     return [f"results/scenes/screening/{FAMILY[wildcards.scene]}.csv"] if auto else []
 
 
-def stored_files(scene, model, products):
-    """The files of some products of a scene."""
-    folder = f"results/scenes/{scene}/{model}"
-    return [f"{folder}/{name}{ending}" for name in products for ending in STORED[name].endings]
+def made_key(scene, effects, part):
+    """Under which name a part is kept: all scenes in which it is the same share it."""
+    values, products = SCENE_VALUES[scene], PARTS[part]
+    acting = sorted(set(effects) & effects_on(each for name in products for each in (*upstream(PRODUCTS, name), name)))
+    same = {"family": FAMILY[scene], "accuracy": SCENES[scene].accuracy, "effects": acting}
+    digest = hashlib.sha256(json.dumps(same, sort_keys=True).encode()).hexdigest()[:12]
+    key = f"{values['volunteer']}_{digest}"
+    MADE_FOR[key] = (scene, acting)
+    return key
 
 
-def kept_for(wildcards, products):
-    """Those of the products that are kept as files, and that this scene's effects leave anything of."""
-    effects = scene_effects(wildcards.scene, wildcards.model)
-    return [name for name in products if name in STORED and (name != "scatter" or "scatter" in effects)]
+def made_for(key):
+    """A scene, and the effects, that a part of this name belongs to."""
+    if key not in MADE_FOR:  # a job of its own process, which asks for nothing but this part
+        for scene, model in ((scene, model) for scene in SCENES for model in ("screened", "full")):
+            scene_parts(scene, scene_effects(scene, model), products_of(SCENES[scene].asked))
+    return MADE_FOR[key]
 
 
-def scene_files_before(wildcards, part):
-    """What a part of a scene goes on from."""
-    needs = dict.fromkeys(each for name in PARTS[part] for each in upstream(PRODUCTS, name))
-    before = [name for name in kept_for(wildcards, needs) if name not in PARTS[part]]
-    return stored_files(wildcards.scene, wildcards.model, before)
+def scene_parts(scene, effects, products):
+    """The parts, and their names, in which these products are kept; none of scatter that is not there."""
+    kept = {name for name in products if name != "scatter" or "scatter" in effects}
+    parts = [part for part, names in PARTS.items() if kept & set(names)]
+    return {part: made_key(scene, effects, part) for part in parts}
 
 
-def scene_answer_files(wildcards):
-    """Every kept product that the asked quantities are made of."""
-    asked = products_of(SCENES[wildcards.scene].asked)
-    return stored_files(wildcards.scene, wildcards.model, kept_for(wildcards, asked))
+def part_files(parts):
+    """Every file of these parts."""
+    return [
+        f"results/scenes/{part}/{key}/{name}{ending}"
+        for part, key in parts.items()
+        for name in PARTS[part]
+        for ending in STORED[name].endings
+    ]
 
 
-def scene_seconds(wildcards):
-    """What each part of the answer took."""
-    asked = kept_for(wildcards, products_of(SCENES[wildcards.scene].asked))
-    parts = [part for part, products in PARTS.items() if set(products) & set(asked)]
-    return [f"results/scenes/{wildcards.scene}/{wildcards.model}/{part}_seconds.json" for part in parts]
+def part_seconds(parts):
+    """The files that say what these parts took."""
+    return [f"results/scenes/{part}/{key}/seconds.json" for part, key in parts.items()]
+
+
+def made_before(wildcards, part):
+    """What a part goes on from."""
+    scene, effects = made_for(wildcards.made)
+    needs = {each for name in PARTS[part] for each in upstream(PRODUCTS, name)} - {*PARTS[part]}
+    return part_files(scene_parts(scene, effects, needs))
+
+
+def answered_by(wildcards):
+    """The parts that a scene's answer is taken from and made of."""
+    scene = wildcards.scene
+    return scene_parts(scene, scene_effects(scene, wildcards.model), products_of(SCENES[scene].asked))

@@ -3,7 +3,7 @@ from functools import partial
 
 from mammosim.study.chain import upstream
 from mammosim.study.scene_files import STORED
-from mammosim.study.scenes import PRODUCTS, Scene, products_of
+from mammosim.study.scenes import PRODUCTS, Scene, effects_on, products_of
 
 SCREENING = config["scenes"]
 SCENE_VALUES = {name: scene_values(name) for name in SCREENING["names"]}
@@ -18,6 +18,7 @@ PAGES["scenes"] = {"tables": ["scenes", "effects"], "figures": ["effects", "scen
 wildcard_constraints:
     scene="|".join(SCENES),
     model="screened|full",
+    made="[a-z0-9_]+",
 
 
 checkpoint screen:
@@ -52,23 +53,25 @@ for part, products in PARTS.items():
         name:
             f"scene_{part}"
         input:
-            unpack(lambda wildcards: breast_inputs(SCENE_VALUES[wildcards.scene]["volunteer"])),
-            made=partial(scene_files_before, part=part),
-            screening=screening_of,
+            unpack(lambda wildcards: breast_inputs(SCENE_VALUES[made_for(wildcards.made)[0]]["volunteer"])),
+            made=partial(made_before, part=part),
             library=library("scene_part.py"),
         output:
-            seconds=f"results/scenes/{{scene}}/{{model}}/{part}_seconds.json",
-            files=stored_files("{scene}", "{model}", products),
+            seconds=f"results/scenes/{part}/{{made}}/seconds.json",
+            files=part_files({part: "{made}"}),
         params:
-            scene=lambda wildcards: SCENE_VALUES[wildcards.scene],
-            settings=lambda wildcards: scene_settings(wildcards.scene, SCENES[wildcards.scene].accuracy),
-            gravity=lambda wildcards: gravity(SCENE_VALUES[wildcards.scene]["volunteer"], STRESS_FREE["position"]),
+            scene=lambda wildcards: SCENE_VALUES[made_for(wildcards.made)[0]],
+            effects=lambda wildcards: made_for(wildcards.made)[1],
+            settings=lambda wildcards: scene_settings(made_for(wildcards.made)[0]),
+            gravity=lambda wildcards: gravity(
+                SCENE_VALUES[made_for(wildcards.made)[0]]["volunteer"], STRESS_FREE["position"]
+            ),
             products=products,
             seed=config["seed"],
         log:
-            f"results/logs/scene_{part}/{{scene}}_{{model}}.log",
+            f"results/logs/scene_{part}/{{made}}.log",
         benchmark:
-            f"results/benchmarks/scene_{part}/{{scene}}_{{model}}.tsv"
+            f"results/benchmarks/scene_{part}/{{made}}.tsv"
         resources:
             mem_mb=4000,
         script:
@@ -76,18 +79,18 @@ for part, products in PARTS.items():
 
 
 rule scene_answer:
-    """What one scene asks, with the screened effects or with all, and what each part of it took."""
+    """What one scene asks, with the screened effects or with all, and what all parts of it took."""
     input:
         unpack(lambda wildcards: breast_inputs(SCENE_VALUES[wildcards.scene]["volunteer"])),
-        made=scene_answer_files,
-        seconds=scene_seconds,
+        made=lambda wildcards: part_files(answered_by(wildcards)),
+        seconds=lambda wildcards: part_seconds(answered_by(wildcards)),
         screening=screening_of,
         library=library("scene_answer.py"),
     output:
-        "results/scenes/{scene}/{model}/answer.json",
+        "results/scenes/answers/{scene}_{model}.json",
     params:
         scene=lambda wildcards: SCENE_VALUES[wildcards.scene],
-        settings=lambda wildcards: scene_settings(wildcards.scene, SCENES[wildcards.scene].accuracy),
+        settings=lambda wildcards: scene_settings(wildcards.scene),
         gravity=lambda wildcards: gravity(SCENE_VALUES[wildcards.scene]["volunteer"], STRESS_FREE["position"]),
         seed=config["seed"],
     log:
@@ -103,7 +106,7 @@ rule scene_answer:
 rule scenes_table:
     """Every scene's answer with the screened effects beside that of the full model, and every decision."""
     input:
-        answers=expand("results/scenes/{scene}/{model}/answer.json", scene=SCENES, model=["screened", "full"]),
+        answers=expand("results/scenes/answers/{scene}_{model}.json", scene=SCENES, model=["screened", "full"]),
         effects=expand("results/scenes/screening/{family}.csv", family=families_to_screen()),
         seconds=expand("results/scenes/screening/{family}.json", family=families_to_screen()),
         library=library("scenes_table.py"),

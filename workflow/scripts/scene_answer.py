@@ -2,13 +2,16 @@
 
 import _log
 
-from mammosim.io.tables import read_json, write_json
+from mammosim.io.tables import read_json, read_table, write_json
 from mammosim.study.scene_answers import values
 from mammosim.study.scene_files import scene_chain
+from mammosim.study.scenes import Scene
 
 
 def main(files: dict, job: dict, settings: dict, out: str) -> None:
-    chain = scene_chain(files, job, settings)
+    screening = read_table(files["screening"][0]) if files["screening"] else None
+    effects = Scene.of(job["scene"], settings["scene"]).modelled(job["model"], screening)
+    chain = scene_chain(files, effects, settings)
     took = sum(seconds for path in files["seconds"] for seconds in read_json(path).values())
     found = values(chain, settings["scene"]["asked"])
     write_json({"values": found, "effects": sorted(chain.effects), "seconds": took}, out)

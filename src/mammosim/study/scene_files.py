@@ -1,6 +1,6 @@
 """Products of a scene as files: what one job makes and another one goes on with."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from mammosim.study.breast import read_breast
 from mammosim.study.chain import Chain
 from mammosim.study.pressed import Pressed
 from mammosim.study.products_xray import Voxels
-from mammosim.study.scenes import PRODUCTS, Scene
+from mammosim.study.scenes import PRODUCTS
 from mammosim.xray.dose import GlandularDose
 
 Paths = Sequence[str]
@@ -82,17 +82,15 @@ def files_of(name: str, paths: Paths) -> list[str]:
     return [path for path in paths if Path(path).name.split(".")[0] == name]
 
 
-def scene_chain(files: Mapping[str, Any], job: Mapping[str, str], settings: Mapping[str, Any]) -> Chain:
-    """The chain of a scene, with what was made for it before.
+def scene_chain(files: Mapping[str, Any], effects: Collection[str], settings: Mapping[str, Any]) -> Chain:
+    """The chain of a scene with these effects, and with what was made for it before.
 
-    files: those of study.breast.read_breast, made (of products), screening (if any); job: scene, model;
-    settings: scene (the values of its file), settings (of the chain), gravity 'x y z', seed.
+    files: those of study.breast.read_breast, and `made`, of products; settings: scene (the values of its
+    file), settings (of the chain), gravity 'x y z', seed.
     """
     values = settings["scene"]
-    screening = read_table(files["screening"][0]) if files["screening"] else None
-    effects = Scene.of(job["scene"], values).modelled(job["model"], screening)
     names = (settings["seed"], values["volunteer"], values["side"], "scenes")
     breast = read_breast(files, settings["gravity"], side=values["side"], names=names)
     kept = {name: files_of(name, files["made"]) for name in STORED}
-    chain = Chain(breast, settings["settings"], effects, PRODUCTS)
+    chain = Chain(breast, settings["settings"], frozenset(effects), PRODUCTS)
     return chain.given({name: STORED[name].read(paths) for name, paths in kept.items() if paths})
