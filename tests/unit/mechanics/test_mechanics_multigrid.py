@@ -142,6 +142,20 @@ def test_the_equilibrium_is_that_of_the_direct_solver(E, nu, monkeypatch):
     assert iterative.points == pytest.approx(direct.points, abs=3e-6)
 
 
+def a_layer(mesh):
+    """All nodes of the bricks at one side: the pressures there belong to cells that cannot deform."""
+    return np.repeat((mesh.points[:, 0] >= 20.0 - 1e-9)[:, None], 3, axis=1)
+
+
+def test_cells_that_are_held_all_over_have_no_pressure_to_find():
+    mesh, system, K = cube(3, nu=0.495, held=a_layer)
+    b = generator("held cells").standard_normal(len(system.rows.free))
+    x = multigrid(mesh, system).solve(K, b, 1e-8)
+    assert x == pytest.approx(
+        DirectSolver(system.rows).solve(K, b, 1e-8), rel=1e-5, abs=1e-6 * np.abs(x).max()
+    )
+
+
 @pytest.mark.parametrize("shift", [0.5, 0.9, 1.1, 2.0])
 def test_an_indefinite_tangent_is_found_wherever_the_inertia_says_so(shift):
     """K - shift lambda 1, lambda the smallest eigenvalue of K: one smooth mode turns negative above 1."""
