@@ -20,7 +20,7 @@ wildcard_constraints:
 # In the order in which one names what another made.
 STAGES = """
     volunteers images mesh morph mechanics unloading compression xray checks identification
-    validation study figures hard_cases recovery programs peers report plan
+    validation study figures hard_cases recovery programs peers accuracy report plan
 """.split()
 
 for stage in STAGES:
