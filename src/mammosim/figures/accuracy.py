@@ -35,7 +35,9 @@ def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
     for ax in axes[len(knobs) :]:
         ax.set_axis_off()
     figure.supxlabel("processor time of what the setting touches (s)", fontsize=9)
-    figure.supylabel(f"error of {quantity.rpartition('_')[0].replace('_', ' ')} ({unit_of(quantity)})", fontsize=9)
+    figure.supylabel(
+        f"error of {quantity.rpartition('_')[0].replace('_', ' ')} ({unit_of(quantity)})", fontsize=9
+    )
     figure.legend(handles=_legend(), ncols=4, loc="outside upper center")
     return figure
 
@@ -142,7 +144,13 @@ def _stack(ax: Axes, place: int, rows: pd.DataFrame) -> None:
             room = int(row.share_percent / 100 * WIDTH * 6.2)
             name = name if len(name) <= room else f"{name[: max(room - 1, 1)]}…"
             ax.text(
-                start + row.share_percent / 2, place, name, ha="center", va="center", fontsize=6.5, color="white"
+                start + row.share_percent / 2,
+                place,
+                name,
+                ha="center",
+                va="center",
+                fontsize=6.5,
+                color="white",
             )
         start += row.share_percent
 

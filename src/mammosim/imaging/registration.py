@@ -40,12 +40,13 @@ class Settings:
     def __post_init__(self) -> None:
         if not self.smoothing_mm or min(self.smoothing_mm) < 0:
             raise ConfigurationError(
-                f"smoothing_mm = {list(self.smoothing_mm)} of the registration: give at least one level, none below 0"
+                f"smoothing_mm = {list(self.smoothing_mm)} of the registration: give at least one level, "
+                "none below 0"
             )
         if not 0 < self.voxel_mm <= 20 or self.iterations < 1 or self.samples < 100:
             raise ConfigurationError(
-                f"voxel_mm = {self.voxel_mm:g}, iterations = {self.iterations}, samples = {self.samples} of the "
-                "registration must be in (0, 20], at least 1, and at least 100: was a length given in cm?"
+                f"voxel_mm = {self.voxel_mm:g}, iterations = {self.iterations}, samples = {self.samples} "
+                "of the registration must be in (0, 20], at least 1, at least 100: was a length given in cm?"
             )
 
 
@@ -141,7 +142,7 @@ def correlation(fixed: Image, moving: Image, inside: LabelMap, motion: RigidTran
 def _refine(
     images: tuple[Image, Image], inside: LabelMap, start: RigidTransform, settings: Settings
 ) -> tuple[RigidTransform, int]:
-    """Maximise the normalised cross-correlation of two images by gradient descent; and the iterations of all levels.
+    """Maximise the normalised cross-correlation of two images; and the iterations of all levels.
 
     ITK asks where a point of the fixed image comes from: it works on the inverse of the motion.
     """

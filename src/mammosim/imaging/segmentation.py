@@ -57,9 +57,7 @@ class Settings:
                 f"{self.neighbourhood_mm:g} must be at least 1, 0, and in (0, 20]: was it given in cm?"
             )
         if not 0 < self.voxel_mm <= 20:
-            raise ConfigurationError(
-                f"voxel_mm = {self.voxel_mm:g} must be in (0, 20]: was it given in cm?"
-            )
+            raise ConfigurationError(f"voxel_mm = {self.voxel_mm:g} must be in (0, 20]: was it given in cm?")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What accuracy costs: error against the reference and processor time of every value of every knob.
 
-With v_i the answers of a value, r_i those of the reference, n and m their numbers, means and variances of repeats:
+With v and r the answers of a value and of the reference in n and m repeats:
 
     deterministic:  error = |mean v - mean r|
     random:         error^2 = var v + max(|mean v - mean r|^2 - var v / n - var r / m, 0)
@@ -36,7 +36,9 @@ def accuracy(rows: pd.DataFrame) -> pd.DataFrame:
         reference = of_knob[of_knob.reference]
         alone = of_knob.value.nunique() == 1 and not of_knob.reference.any()
         if reference.empty and not alone:
-            raise ConfigurationError(f"the knob {knob} lacks the row of its reference for {quantity}; make it")
+            raise ConfigurationError(
+                f"the knob {knob} lacks the row of its reference for {quantity}; make it"
+            )
         for _, of_value in of_knob.groupby("value", sort=False):
             found.append(_line(of_value, reference))
     return pd.DataFrame(found, columns=COLUMNS)

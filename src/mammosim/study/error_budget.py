@@ -25,7 +25,9 @@ def budget(table: pd.DataFrame) -> pd.DataFrame:
     second, empty where none does; limits, next: the knob with the largest share, and that of the best step.
     Raises ConfigurationError where a knob lacks today's value.
     """
-    parts = [_of(quantity, rows) for quantity, rows in table[table.knob != "chain"].groupby("quantity", sort=False)]
+    parts = [
+        _of(quantity, rows) for quantity, rows in table[table.knob != "chain"].groupby("quantity", sort=False)
+    ]
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=COLUMNS)
 
 
@@ -42,10 +44,18 @@ def _of(quantity: str, rows: pd.DataFrame) -> pd.DataFrame:
     found = []
     for knob, row in today.iterrows():
         share = 100 * row.error**2 / E2 if E2 else 0.0
-        line = {"quantity": quantity, "stage": row.stage, "knob": knob, "value": row.value, "error": row.error}
+        line = {
+            "quantity": quantity,
+            "stage": row.stage,
+            "knob": knob,
+            "value": row.value,
+            "error": row.error,
+        }
         step = best_step(rows[rows.knob == knob], row, E2)
         found.append(line | {"share_percent": share, "total_error": np.sqrt(E2)} | step)
-    table = pd.DataFrame(found).sort_values("share_percent", ascending=False, kind="stable", ignore_index=True)
+    table = pd.DataFrame(found).sort_values(
+        "share_percent", ascending=False, kind="stable", ignore_index=True
+    )
     gain = table.fall_per_second.fillna(0)
     table["limits"] = (table.index == 0) & (table.error > 0)
     table["next"] = (table.index == gain.idxmax()) & (gain > 0)

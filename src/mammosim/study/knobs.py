@@ -88,7 +88,9 @@ def _values(given: Mapping[str, Any]) -> list[Value]:
     """Those of an entry: of one setting, or each a mapping of dotted names."""
     sizes = given.get("sizes", [None] * len(given["values"]))
     if len(sizes) != len(given["values"]):
-        raise ConfigurationError(f"{len(sizes)} sizes for {len(given['values'])} values; give each one its size")
+        raise ConfigurationError(
+            f"{len(sizes)} sizes for {len(given['values'])} values; give each one its size"
+        )
     several = "setting" not in given
     each = [value if several else {given["setting"]: value} for value in given["values"]]
     return [_named(value, given, size) for value, size in zip(each, sizes)]

@@ -173,9 +173,7 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
     lengths = path_lengths(phantom, view.geometry)
     lesion, ring = _lesion_masks(lengths, pixel)
     with_it, without = (
-        primary(
-            p, view.geometry, view.spectrum, response=view.chain.response, supersampling=view.rays
-        )
+        primary(p, view.geometry, view.spectrum, response=view.chain.response, supersampling=view.rays)
         for p in (phantom, xray_phantom(healthy(labels)))
     )
     breast = lengths[..., 1:].sum(axis=-1) > 0

@@ -49,7 +49,7 @@ def preset_text(preset: str, choice: Choice) -> str:
 
 def _comments(choice: Choice) -> dict[str, str]:
     """Dotted name -> the errors of the knob that set it."""
-    found = {}
+    found: dict[str, str] = {}
     for knob, names in choice.names.items():
         rows = choice.table[(choice.table.knob == knob) & (choice.table.error > 0)]
         each = ", ".join(f"{q} {e:.2g}" for q, e in zip(rows["quantity"], rows.error))

@@ -105,7 +105,9 @@ def _seconds(measured: pd.DataFrame, wanted: list[str]) -> float:
     """T. Raises ConfigurationError where the measured times lack it."""
     rows = measured[(measured.knob == CHAIN) & measured["quantity"].isin(wanted)]
     if missing := sorted(set(wanted) - set(rows["quantity"])):
-        raise ConfigurationError(f"the time of the whole chain for {missing[0]} is not among what was measured")
+        raise ConfigurationError(
+            f"the time of the whole chain for {missing[0]} is not among what was measured"
+        )
     return float(rows.seconds.max())
 
 

@@ -90,9 +90,7 @@ def _breast(inputs: Inputs) -> Breast:
     seen: Imaged = inputs.subject
     motion = inputs["registration"]
     gravity = motion.R @ seen.gravity
-    return Breast(
-        inputs["segmentation"], seen.fiducials, motion, gravity, seen.side, seen.breast_names
-    )
+    return Breast(inputs["segmentation"], seen.fiducials, motion, gravity, seen.side, seen.breast_names)
 
 
 PYRAMID = ("voxel_mm", "smoothing_mm", "iterations", "samples")

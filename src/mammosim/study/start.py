@@ -18,7 +18,7 @@ from mammosim.study.pressed import Pressed
 from mammosim.study.products_images import read_imaged
 from mammosim.study.products_xray import Voxels
 from mammosim.study.quantities import quantities
-from mammosim.study.trial import ANSWERS, OK, Start, peak_memory_mb
+from mammosim.study.trial import OK, Start, numbered, peak_memory_mb
 
 TODAY = Value("today", {}, today=True)
 TABLES = ("path", "cells", "faces", "amounts", "thickness")  # of study.pressed.Pressed
@@ -45,16 +45,17 @@ def made_today(start: Start, names: Sequence[str]) -> tuple[Chain, dict[str, flo
 
     names: of quantities. Raises what refuses one of them: without it there is nothing to compare.
     """
-    images, chain = start.images(TODAY, 0), start.chain(TODAY, 0)
+    chain = start.chain(TODAY, 0)
+    images = replace(start.images(TODAY, 0), made={})
     images.make("breast").required()
-    before, rows, seconds = images.seconds("breast"), [], {}
+    before, rows = images.seconds("breast"), []
+    seconds: dict[str, float] = {}
     for name, quantity in quantities(list(names)).items():
         answer = np.atleast_1d(np.asarray(quantity.of(chain), float))
         taken = {n: t for end in quantity.products for n, t in chain.seconds(end).items()}
         seconds |= taken
-        numbers = dict(zip(ANSWERS, np.pad(answer, (0, 3 - len(answer)), constant_values=np.nan)))
         total = sum(taken.values()) + sum(before.values())
-        rows.append({"quantity": name, "repeat": 0} | numbers | {"seconds": total, "outcome": OK})
+        rows.append({"quantity": name, "repeat": 0} | numbered(answer) | {"seconds": total, "outcome": OK})
     about = {"stage": CHAIN, "knob": CHAIN, "value": TODAY.name, "size": np.nan, "random": False}
     about |= {"today": True, "reference": False, "settings": TODAY.text}
     table = pd.DataFrame(rows).assign(memory_mb=peak_memory_mb())
