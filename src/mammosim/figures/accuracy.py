@@ -1,4 +1,4 @@
-"""What accuracy costs: errors against time, orders of convergence, and the error budget of the whole chain."""
+"""What accuracy costs: errors against time, orders of convergence, the error budget of the chain."""
 
 import numpy as np
 import pandas as pd
@@ -56,7 +56,10 @@ def _curve(ax: Axes, rows: pd.DataFrame) -> None:
     front = on_front(rows.seconds, rows.error)
     ax.plot(seconds, drawn, color=QUIET, lw=0.8, zorder=1)
     ax.errorbar(
-        seconds, drawn, xerr=rows.seconds_spread.clip(upper=0.9 * seconds), yerr=rows.noise.clip(upper=0.9 * drawn),
+        seconds,
+        drawn,
+        xerr=rows.seconds_spread.clip(upper=0.9 * seconds),
+        yerr=rows.noise.clip(upper=0.9 * drawn),
         fmt="none", ecolor=QUIET, elinewidth=0.8, zorder=2,
     )  # fmt: skip
     for place, row in rows.iterrows():

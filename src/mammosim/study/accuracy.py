@@ -122,7 +122,7 @@ def slope(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
 
 
 def on_front(seconds: Sequence[float], error: Sequence[float]) -> np.ndarray:
-    """Whether nothing else is both at least as fast and at least as accurate, and better in one; (n,) bool."""
+    """Whether nothing else is at least as fast and as accurate, and better in one of them; (n,) bool."""
     t, e = np.asarray(seconds, float), np.asarray(error, float)
     at_least = (t[:, None] >= t) & (e[:, None] >= e)
     better = (t[:, None] > t) | (e[:, None] > e)

@@ -39,8 +39,8 @@ def _limiting(row: Any) -> str:
 
 def _step(row: Any) -> str:
     return (
-        f"{row.quantity}: {row.knob.replace('_', ' ')} {row.value} to {row.step_to}, from {row.total_error:.2g} to "
-        f"{row.error_after:.2g} for {row.seconds_more:+.1f} s"
+        f"{row.quantity}: {row.knob.replace('_', ' ')} {row.value} to {row.step_to}, "
+        f"from {row.total_error:.2g} to {row.error_after:.2g} for {row.seconds_more:+.1f} s"
     )
 
 

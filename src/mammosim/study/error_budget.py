@@ -1,6 +1,7 @@
-"""The error of the whole chain at today's settings, knob by knob, and the step that lowers it most per second.
+"""The error of the whole chain at today's settings, by knobs, and the step that lowers it most per second.
 
-E^2 = sum_k e_k^2; a step of knob k to the value v leaves E'^2 = E^2 - e_k^2 + e_kv^2 and takes t_kv - t_k more.
+E^2 = sum_k e_k^2; a step of knob k to the value v leaves E'^2 = E^2 - e_k^2 + e_kv^2 and takes t_kv - t_k
+more.
 """
 
 # ASSUME: errors of different knobs are independent, so that they add as squares.
@@ -63,7 +64,7 @@ def _of(quantity: str, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def best_step(values: pd.DataFrame, today: pd.Series, E2: float) -> dict[str, Any]:
-    """Of one knob: step_to, error_after, seconds_more, fall_per_second; empty where no value lowers the error."""
+    """step_to, error_after, seconds_more, fall_per_second of one knob; empty where no value lowers the error."""
     left = np.sqrt(np.maximum(E2 - today.error**2 + values.error**2, 0))
     fall, more = np.sqrt(E2) - left, values.seconds - today.seconds
     # ASSUME: what is as fast within the spread of the repeats costs that spread.

@@ -82,7 +82,7 @@ def _check(measured: pd.DataFrame, wanted: Mapping[str, float]) -> None:
 
 
 def _options(measured: pd.DataFrame, wanted: list[str]) -> pd.DataFrame:
-    """A row per knob and usable value: settings, factor, and an error_ column per quantity, 0 where it has none."""
+    """Per knob and usable value: settings, factor, and error_ of each quantity, 0 where it has none."""
     rows = measured[measured["quantity"].isin(wanted) & (measured.knob != CHAIN)]
     T = _seconds(measured, wanted)
     found = []
@@ -117,8 +117,8 @@ def _check_least(options: pd.DataFrame, e2: np.ndarray, wanted: Mapping[str, flo
         least = wanted[quantity] * np.sqrt(pd.Series(row).groupby(options.knob.to_numpy()).min().sum())
         if least > wanted[quantity]:
             raise ConfigurationError(
-                f"{quantity}: {wanted[quantity]:g} is less than the least error that can be had, {least:.3g}; "
-                "ask for more, or add a finer value to a knob of config/accuracy/knobs.yaml"
+                f"{quantity}: {wanted[quantity]:g} is less than the least error that can be had, "
+                f"{least:.3g}; ask for more, or add a finer value to a knob of config/accuracy/knobs.yaml"
             )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.knobs import Knob, knobs
@@ -27,7 +28,8 @@ def test_todays_value_is_put_in_its_place_where_the_entry_lacks_it():
     assert [value.name for value in knob.values] == ["5", "20", "40"]
     assert knob.values[1].today
     finest = _knob(setting="xray.energies", values=[5, 10], size="inverse")
-    assert finest.values[-1].today and finest.values[-1].reference  # noqa: PT018, one statement: it is both
+    assert finest.values[-1].today
+    assert finest.values[-1].reference
     word = _knob(setting="xray.filter", values=["Al", "Ag"])
     assert [value.name for value in word.values] == ["Al", "Rh", "Ag"]
 
@@ -37,7 +39,9 @@ def test_a_value_may_set_several_keys_at_once():
     knob = _knob(setting="mesh.element_mm", values=sizes, size="breast")
     assert [value.name for value in knob.values] == ["24_30", "12_16"]
     assert [value.size for value in knob.values] == [24, 12]
-    both = _knob(values=[{"xray.energies": 5, "xray.filter": "Al"}, {"xray.energies": 20, "xray.filter": "Rh"}])
+    both = _knob(
+        values=[{"xray.energies": 5, "xray.filter": "Al"}, {"xray.energies": 20, "xray.filter": "Rh"}]
+    )
     assert [value.name for value in both.values] == ["5_Al", "20_Rh"]
     assert both.values[1].today
 
@@ -51,7 +55,9 @@ def test_what_a_trial_depends_on_is_its_value_and_the_draft_alone():
 
 
 def test_what_is_misspelt_is_refused_by_name():
-    with pytest.raises(ConfigurationError, match=r"no setting 'xray.energy'; known beside it: energies, filter"):
+    with pytest.raises(
+        ConfigurationError, match=r"no setting 'xray.energy'; known beside it: energies, filter"
+    ):
         _knob(setting="xray.energy", values=[5, 20])
     with pytest.raises(ConfigurationError, match="no quantity 'dose'"):
         _knob(setting="xray.energies", values=[5, 20], quantities=["dose"])
@@ -62,8 +68,6 @@ def test_what_is_misspelt_is_refused_by_name():
 
 
 def test_every_knob_of_the_study_is_read_with_todays_value(repository):
-    import yaml
-
     configuration = yaml.safe_load((repository / "config/default.yaml").read_text())
     given = yaml.safe_load((repository / "config/accuracy/knobs.yaml").read_text())["knobs"]
     found = knobs(given, configuration)

@@ -82,7 +82,7 @@ def test_tolerances_that_exclude_each_other_are_refused():
         (0.0, {"force_n": 1.0, "agd_percent": 9.0}, 1.0),
         (1.0, {"force_n": 9.0, "agd_percent": 1.0}, 2.0),
     ]
-    with pytest.raises(ConfigurationError, match="no settings meet .* together"):
+    with pytest.raises(ConfigurationError, match=r"no settings meet .* together"):
         chosen(_measured({"voxels": ("xray.voxel_mm", values)}), {"force_n": 2.0, "agd_percent": 2.0})
 
 
