@@ -64,7 +64,7 @@ def _of(quantity: str, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def best_step(values: pd.DataFrame, today: pd.Series, E2: float) -> dict[str, Any]:
-    """step_to, error_after, seconds_more, fall_per_second of one knob; empty where no value lowers the error."""
+    """The columns step_to to fall_per_second of one knob; empty where no value lowers the error."""
     left = np.sqrt(np.maximum(E2 - today.error**2 + values.error**2, 0))
     fall, more = np.sqrt(E2) - left, values.seconds - today.seconds
     # ASSUME: what is as fast within the spread of the repeats costs that spread.

@@ -21,7 +21,7 @@ REPEATS = {"presses": 1, "others": 3}
 class Subject:
     """What a breast is for these products."""
 
-    names: tuple = (1,)
+    names: tuple = (0,)
 
 
 def _counted(name, make):
