@@ -32,7 +32,9 @@ class SaddlePoint:
         self._M, self._factors = constraint.M, constraint.factors
         self._schur = 1 / (1 + constraint.softness)
         # Volumes left over, r_p, count as the forces that they would cause: about |B_v| / M_vv each.
-        self._weight = np.sqrt(self._B.multiply(self._B).sum(axis=1).A1) / self._M.diagonal()
+        weight = np.sqrt(self._B.multiply(self._B).sum(axis=1).A1) / self._M.diagonal()
+        # A cell that is held all over has no volume left over: any weight does.
+        self._weight = np.where(weight > 0, weight, 1.0)
         self._n = held.size
 
     def solve(self, b: np.ndarray, tolerance: float, most: int) -> tuple[np.ndarray | None, int]:
