@@ -21,7 +21,7 @@ wildcard_constraints:
 STAGES = """
     volunteers images mesh morph mechanics unloading compression xray checks identification
     validation study figures hard_cases softening scene_names scenes
-    recovery programs peers peers_xray report plan
+    recovery programs peers peers_xray accuracy report plan
 """.split()
 
 for stage in STAGES:

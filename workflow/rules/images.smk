@@ -93,6 +93,8 @@ rule register:
         image="results/registration/{v}/{p}.nii.gz",
         fiducials="results/registration/{v}/{p}_fiducials.csv",
         steps="results/registration/{v}/{p}_steps.csv",
+    params:
+        settings={key: value for key, value in config["registration"].items() if key != "chest_markers"},
     log:
         "results/logs/register/{v}_{p}.log",
     benchmark:

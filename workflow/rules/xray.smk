@@ -142,6 +142,7 @@ rule mammogram:
     params:
         geometry=GEOMETRY,
         detector_kerma_ugy=XRAY["detector_kerma_ugy"],
+        rays_per_pixel=XRAY["rays_per_pixel"],
         effects=XRAY["effects"],
         chain={key: XRAY[key] for key in CHAIN},
         calcifications=XRAY["calcifications"],

@@ -24,6 +24,7 @@ def main(files: dict, settings: dict, job: dict, seed: int) -> None:
         settings["detector_kerma_ugy"] / 1e3,
         tuple(settings["effects"]),
         scatter_from(read_table(*files["scatter"]), geometry) if files["scatter"] else None,
+        settings["rays_per_pixel"],
     )
     shot = mammogram(labels, view, rng=generator(seed, *job.values(), "quantum noise"))
     search = Search.drawn(**settings["calcifications"], rng=generator(seed, "calcifications"))

@@ -5,7 +5,7 @@ import pandas as pd
 
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import IDENTITY
-from mammosim.imaging.registration import register, resample
+from mammosim.imaging.registration import Settings, register, resample
 from mammosim.io.fiducials import read_fiducials, write_fiducials
 from mammosim.io.images import read_image, write_image
 from mammosim.io.tables import write_table
@@ -14,14 +14,14 @@ from mammosim.io.transforms import write_transform
 COLUMNS = ["volunteer", "position", "step", "marker_residual_mm", "correlation", "iterations", "used"]
 
 
-def main(files: dict[str, str], volunteer: str, position: str) -> None:
+def main(files: dict[str, str], volunteer: str, position: str, settings: Settings) -> None:
     fixed, moving = read_image(files["fixed"]), read_image(files["moving"])
     fiducials = read_fiducials(files["moving_fiducials"])
     if files["fixed"] == files["moving"]:
         motion, steps = IDENTITY, pd.DataFrame(columns=COLUMNS)
     else:
         markers = read_fiducials(files["fixed_fiducials"]).of_kind("chest")
-        found = register(fixed, moving, markers, fiducials.of_kind("chest"))
+        found = register(fixed, moving, markers, fiducials.of_kind("chest"), settings=settings)
         motion, steps = found.refined, found.table
         steps.insert(0, "volunteer", volunteer)
         steps.insert(1, "position", position)
@@ -38,4 +38,5 @@ if __name__ == "__main__":
         dict(snakemake.input.items()) | dict(snakemake.output.items()),
         snakemake.wildcards.v,
         snakemake.wildcards.p,
+        Settings(**snakemake.params.settings),
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import SimpleITK as sitk
 
-from mammosim.core.errors import ImageError
+from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import Grid, Image, LabelMap
 from mammosim.imaging.coarse import coarsened
@@ -20,12 +20,37 @@ WALL_MM = 20.0
 # ASSUME: an image refinement that moves a chest marker by more than 10 mm has gone astray.
 LARGEST_MOVE_MM = 10.0
 SMALLEST_VOXELS = 1000
-FINEST_MM = 1.5  # finer images cost memory and move the result by less than the markers' error
-# Coarse to fine: smoothing in mm; the last level takes the images as they are.
-SMOOTHING_MM = (4.0, 2.0, 0.0)
 LARGEST_STEP_MM, SMALLEST_STEP_MM = 1.0, 0.005
-ITERATIONS = 100
-SAMPLES = 100_000
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How images are registered.
+
+    voxel_mm: of the images, to which finer ones are averaged; those cost memory, and move the result by less
+    than the markers' error. smoothing_mm: of the levels, coarse to fine; 0 takes the images as they are.
+    iterations: largest, of a level; samples: voxels that are compared, about.
+    """
+
+    voxel_mm: float = 1.5
+    smoothing_mm: tuple[float, ...] = (4.0, 2.0, 0.0)
+    iterations: int = 100
+    samples: int = 100_000
+
+    def __post_init__(self) -> None:
+        if not self.smoothing_mm or min(self.smoothing_mm) < 0:
+            raise ConfigurationError(
+                f"smoothing_mm = {list(self.smoothing_mm)} of the registration: give at least one level, "
+                "none below 0"
+            )
+        if not 0 < self.voxel_mm <= 20 or self.iterations < 1 or self.samples < 100:
+            raise ConfigurationError(
+                f"voxel_mm = {self.voxel_mm:g}, iterations = {self.iterations}, samples = {self.samples} "
+                "of the registration must be in (0, 20], at least 1, at least 100: was a length given in cm?"
+            )
+
+
+DEFAULT = Settings()
 
 
 @dataclass(frozen=True)
@@ -43,16 +68,21 @@ class Registration:
 
 
 def register(
-    fixed: Image, moving: Image, fixed_markers: np.ndarray, moving_markers: np.ndarray
+    fixed: Image,
+    moving: Image,
+    fixed_markers: np.ndarray,
+    moving_markers: np.ndarray,
+    *,
+    settings: Settings = DEFAULT,
 ) -> Registration:
     """Register `moving` on `fixed` by their chest markers (4, 3), in any order, and then by the images.
 
     Raises FiducialError when the markers do not match, ImageError when no rib cage is in the fixed image.
     """
-    fixed, moving = coarsened(fixed, FINEST_MM), coarsened(moving, FINEST_MM)
+    fixed, moving = coarsened(fixed, settings.voxel_mm), coarsened(moving, settings.voxel_mm)
     landmark, icp_iterations = icp(moving_markers, fixed_markers, match(moving_markers, fixed_markers))
     inside = rib_cage(fixed)
-    refined, iterations = _refine(fixed, moving, inside, landmark)
+    refined, iterations = _refine((fixed, moving), inside, landmark, settings)
     r = [correlation(fixed, moving, inside, motion) for motion in (landmark, refined)]
     moved = np.linalg.norm(refined(moving_markers) - landmark(moving_markers), axis=1).max()
     better = r[1] >= r[0] and moved <= LARGEST_MOVE_MM
@@ -110,13 +140,13 @@ def correlation(fixed: Image, moving: Image, inside: LabelMap, motion: RigidTran
 
 
 def _refine(
-    fixed: Image, moving: Image, inside: LabelMap, start: RigidTransform
+    images: tuple[Image, Image], inside: LabelMap, start: RigidTransform, settings: Settings
 ) -> tuple[RigidTransform, int]:
-    """Maximise the normalised cross-correlation by gradient descent; and the iterations of all levels.
+    """Maximise the normalised cross-correlation of two images; and the iterations of all levels.
 
     ITK asks where a point of the fixed image comes from: it works on the inverse of the motion.
     """
-    method = _method(inside)
+    method = _method(inside, settings)
     iterations = [0]
     method.AddCommand(sitk.sitkIterationEvent, lambda: iterations.append(iterations[-1] + 1))
     initial = sitk.VersorRigid3DTransform()
@@ -126,27 +156,24 @@ def _refine(
     initial.SetMatrix(back.R.ravel().tolist(), 1e-6)
     initial.SetTranslation((back(centre[None])[0] - centre).tolist())
     method.SetInitialTransform(initial, inPlace=True)
-    images = [
-        itk_volume(image.grid, image.values.astype(np.float32, copy=False)) for image in (fixed, moving)
-    ]
-    method.Execute(*images)
+    method.Execute(*(itk_volume(each.grid, each.values.astype(np.float32, copy=False)) for each in images))
     return rigid_of(initial).inverse(), iterations[-1]
 
 
-def _method(inside: LabelMap) -> sitk.ImageRegistrationMethod:
+def _method(inside: LabelMap, settings: Settings) -> sitk.ImageRegistrationMethod:
     """Correlation in the mask; regular steps, halved whenever the gradient turns; the same on every run."""
     method = sitk.ImageRegistrationMethod()
     method.SetNumberOfThreads(1)  # sums in another order would end elsewhere
     method.SetMetricAsCorrelation()
     method.SetMetricFixedMask(itk_volume(inside.grid, inside.values))
     method.SetMetricSamplingStrategy(method.REGULAR)
-    method.SetMetricSamplingPercentage(min(1.0, SAMPLES / int(inside.values.sum())), 1)
+    method.SetMetricSamplingPercentage(min(1.0, settings.samples / int(inside.values.sum())), 1)
     method.SetInterpolator(sitk.sitkLinear)
-    method.SetOptimizerAsRegularStepGradientDescent(LARGEST_STEP_MM, SMALLEST_STEP_MM, ITERATIONS)
+    method.SetOptimizerAsRegularStepGradientDescent(LARGEST_STEP_MM, SMALLEST_STEP_MM, settings.iterations)
     method.SetOptimizerScalesFromPhysicalShift()
     method.SetShrinkFactorsPerLevel(
-        [max(1, round(s / h)) for s in SMOOTHING_MM for h in [inside.grid.spacing.min()]]
+        [max(1, round(s / h)) for s in settings.smoothing_mm for h in [inside.grid.spacing.min()]]
     )
-    method.SetSmoothingSigmasPerLevel(SMOOTHING_MM)
+    method.SetSmoothingSigmasPerLevel(list(settings.smoothing_mm))
     method.SmoothingSigmasAreSpecifiedInPhysicalUnitsOn()
     return method

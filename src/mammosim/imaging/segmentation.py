@@ -28,20 +28,23 @@ SKIN_MM = 3.0
 LEAST_POINTS = 3
 AIR_POINTS = 300
 MARKER_MM = 7.0
-# ASSUME: tissues are told apart on voxels of about 1.5 mm that finer images are averaged to.
-FINEST_MM = 1.5
 AT_ONCE = 200_000
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Classifier of CLASSIFIERS and its trees; half width of the neighbourhood; curvature steps; seed."""
+    """Classifier of CLASSIFIERS and its trees; half width of the neighbourhood; curvature steps; seed.
+
+    voxel_mm: of the images, to which finer ones are averaged.
+    """
 
     classifier: str = "random_forest"
     trees: int = 60
     neighbourhood_mm: float = 4.0
     smoothing: int = 2
     seed: int = 0
+    # ASSUME: tissues are told apart on voxels of about 1.5 mm that finer images are averaged to.
+    voxel_mm: float = 1.5
 
     def __post_init__(self) -> None:
         if self.classifier not in CLASSIFIERS:
@@ -53,6 +56,8 @@ class Settings:
                 f"trees = {self.trees}, smoothing = {self.smoothing}, neighbourhood_mm = "
                 f"{self.neighbourhood_mm:g} must be at least 1, 0, and in (0, 20]: was it given in cm?"
             )
+        if not 0 < self.voxel_mm <= 20:
+            raise ConfigurationError(f"voxel_mm = {self.voxel_mm:g} must be in (0, 20]: was it given in cm?")
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,7 @@ def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segme
     The tissue that moves is one piece without cavities: the thorax behind it, the air around, skin between.
     Raises SegmentationError: a missing column, an unknown tissue, a tissue without strokes, a point outside.
     """
-    fine, image = image, coarsened(image, FINEST_MM)
+    fine, image = image, coarsened(image, settings.voxel_mm)
     voxels, classes = _training(image, strokes)
     body = body_mask(image)
     X = features(image, neighbourhood_mm=settings.neighbourhood_mm)
@@ -100,8 +105,8 @@ def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segme
     seeds[tuple(voxels.T)] = classes
     labels = _contours(Evidence(p, seeds, settings.smoothing), image)
     return Segmentation(
-        LabelMap(fine.grid, spread(labels, fine.grid, FINEST_MM)),
-        Image(fine.grid, spread(p[Label.GLANDULAR], fine.grid, FINEST_MM)),
+        LabelMap(fine.grid, spread(labels, fine.grid, settings.voxel_mm)),
+        Image(fine.grid, spread(p[Label.GLANDULAR], fine.grid, settings.voxel_mm)),
     )
 
 

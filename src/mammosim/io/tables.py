@@ -15,6 +15,13 @@ def read_table(path: str | Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=False, na_values=[""])
 
 
+def read_commented(path: str | Path) -> pd.DataFrame:
+    """As read_table, of a table whose first lines begin with `#` and say where it comes from."""
+    with Path(path).open(encoding="utf-8") as lines:
+        head = next((number for number, line in enumerate(lines) if not line.startswith("#")), 0)
+    return pd.read_csv(path, skiprows=head, keep_default_na=False, na_values=[""])
+
+
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:
     """Write the columns without the index; every float reads back as the same number."""
     with replacing(path) as temporary:

@@ -174,7 +174,7 @@ def cluster_row(
     phantom = xray_phantom(healthy(labels))
     patch = view.on(patch_behind(place, view.geometry, pixels=search.pixels, pixel_mm=search.pixel_mm))
     response = patch.chain.response
-    without = primary(phantom, patch.geometry, view.spectrum, response=response)
+    without = primary(phantom, patch.geometry, view.spectrum, response=response, supersampling=view.rays)
     beam = beam_behind(phantom, place, view.geometry, view.spectrum, response)
     with_it = with_cluster(without, search.cluster, place, patch=patch.geometry, beam=beam)
     seen, cnr = cluster_detectability((with_it, without), patch, mas=mas, count=search.images, rng=rng)

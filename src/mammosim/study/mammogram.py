@@ -38,6 +38,7 @@ class View:
     """How an image is taken: geometry and settings, spectrum, wanted detector kerma, names of its effects.
 
     scatter: as it reaches the detector's pixels; None where it is not simulated. effects: see image_chain.
+    rays: per pixel and axis.
     """
 
     taken: Taken
@@ -45,6 +46,7 @@ class View:
     detector_kerma_mgy: float
     effects: tuple[str, ...]
     scatter: Scatter | None = None
+    rays: int = 1
 
     @property
     def geometry(self) -> Geometry:
@@ -171,7 +173,7 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
     lengths = path_lengths(phantom, view.geometry)
     lesion, ring = _lesion_masks(lengths, pixel)
     with_it, without = (
-        primary(p, view.geometry, view.spectrum, response=view.chain.response)
+        primary(p, view.geometry, view.spectrum, response=view.chain.response, supersampling=view.rays)
         for p in (phantom, xray_phantom(healthy(labels)))
     )
     breast = lengths[..., 1:].sum(axis=-1) > 0

@@ -151,6 +151,7 @@ def _image(inputs: Inputs) -> dict[str, float]:
         inputs.setting("xray.detector_kerma_ugy") / 1e3,
         _names(inputs),
         None if cells is None else scatter_from(cells, geometry),
+        inputs.setting("xray.rays_per_pixel"),
     )
     row = mammogram(voxels.labels, view, rng=generator(*names, "quantum noise")).row
     search = Search.drawn(**inputs.setting("xray.calcifications"), rng=generator(names[0], "calcifications"))
@@ -199,7 +200,7 @@ PRODUCTS: Mapping[str, Product] = {
     "image": Product(
         _image,
         ("phantom", "geometry", "spectrum", "scatter"),
-        (*_CHAIN, *_xray("support_to_detector_mm", "detector_kerma_ugy", "calcifications")),
+        (*_CHAIN, *_xray("support_to_detector_mm", "detector_kerma_ugy", "calcifications", "rays_per_pixel")),
         IMAGE,
     ),
     "slices": Product(

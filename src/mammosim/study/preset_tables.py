@@ -1,0 +1,77 @@
+"""Presets as tables and as files of settings, with the error of each setting beside it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.study.presets import CHAIN, Choice, chosen
+
+COLUMNS = ["preset", "knob", "value", "quantity", "error", "tolerance", "seconds", "outcome"]
+
+
+def presets(measured: pd.DataFrame, limits: Mapping[str, Mapping[str, float]]) -> pd.DataFrame:
+    """COLUMNS: per preset and quantity a row for the whole chain, then one per knob; seconds of the chain.
+
+    limits: preset -> quantity -> tolerance. A preset whose limits cannot be met is a row that says why.
+    """
+    found = []
+    for preset, wanted in limits.items():
+        try:
+            found.append(_rows(preset, chosen(measured, wanted), wanted))
+        except ConfigurationError as refusal:
+            found.append(pd.DataFrame([{"preset": preset, "knob": CHAIN, "outcome": f"refused: {refusal}"}]))
+    return pd.concat(found).reindex(columns=COLUMNS) if found else pd.DataFrame(columns=COLUMNS)
+
+
+def _rows(preset: str, choice: Choice, wanted: Mapping[str, float]) -> pd.DataFrame:
+    whole = [
+        {"knob": CHAIN, "quantity": q, "error": e, "tolerance": wanted[q], "seconds": choice.seconds}
+        for q, e in choice.errors.items()
+    ]
+    return pd.concat([pd.DataFrame(whole), choice.table]).assign(preset=preset, outcome="ok")
+
+
+def preset_text(preset: str, choice: Choice) -> str:
+    """A choice as a file of overrides of the configuration, each setting with the errors that it leaves."""
+    totals = ", ".join(f"{q} {e:.2g}" for q, e in choice.errors.items())
+    head = [f"# Preset {preset}: {totals}; about {choice.seconds:.0f} s of one processor for one breast."]
+    tree: dict[str, Any] = {}
+    for name, value in choice.settings.items():
+        *path, last = name.split(".")
+        group = tree
+        for part in path:
+            group = group.setdefault(part, {})
+        group[last] = value
+    return "\n".join([*head, *_lines(tree, "", _comments(choice))]) + "\n"
+
+
+def _comments(choice: Choice) -> dict[str, str]:
+    """Dotted name -> the errors of the knob that set it."""
+    found: dict[str, str] = {}
+    for knob, names in choice.names.items():
+        rows = choice.table[(choice.table.knob == knob) & (choice.table.error > 0)]
+        each = ", ".join(f"{q} {e:.2g}" for q, e in zip(rows["quantity"], rows.error))
+        found |= dict.fromkeys(names, each or "the reference")
+    return found
+
+
+def _lines(tree: Mapping[str, Any], above: str, comments: Mapping[str, str]) -> list[str]:
+    """Lines of YAML; a value that is a mapping, a list or a number stands on one line."""
+    found = []
+    for key, value in tree.items():
+        name, depth = f"{above}{key}", 2 * above.count(".")
+        if name in comments:
+            found.append(f"{' ' * depth}{key}: {_flow(value)} # {comments[name]}")
+        else:
+            found += [f"{' ' * depth}{key}:", *_lines(value, f"{name}.", comments)]
+    return found
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_flow(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    return f"{value:.10f}".rstrip("0") if isinstance(value, float) and 0 < value < 1e-3 else str(value)

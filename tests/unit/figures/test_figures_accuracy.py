@@ -1,0 +1,67 @@
+"""The figures of accuracy draw every knob, mark today's setting, and bear an error of zero on a log axis."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mammosim.figures import accuracy as figures
+from mammosim.figures.style import VERMILION
+from mammosim.study.accuracy import orders
+from mammosim.study.error_budget import budget
+
+
+@pytest.fixture
+def table():
+    """Five knobs with four values each, of second order, in two quantities."""
+    rows = []
+    for number, knob in enumerate(
+        ("element_size", "newton_tolerance", "voxels", "dose_photons", "contact_depth")
+    ):
+        for place, h in enumerate((8.0, 4.0, 2.0, 1.0)):
+            for quantity, scale in (("nipple_mm", 0.1), ("agd_percent", 1.0)):
+                error = scale * (h**2 - 1) * 3.0**-number
+                about = {"stage": "mesh", "knob": knob, "value": f"{h:g}", "quantity": quantity, "size": h}
+                about |= {
+                    "error": error,
+                    "noise": 0.02 * error,
+                    "seconds": 40 / h**2,
+                    "seconds_spread": 1 / h**2,
+                }
+                about |= {"today": place == 2, "reference": place == 3, "random": False, "outcome": "ok"}
+                rows.append(about | {"memory_mb": 300.0, "repeats": 2, "settings": "{}"})
+    return pd.DataFrame(rows)
+
+
+def test_every_knob_is_a_picture_with_todays_setting_marked(table):
+    figure = figures.accuracy(table, "agd_percent")
+    titled = [ax for ax in figure.axes if ax.get_title(loc="left")]
+    assert len(titled) == 5
+    for ax in titled:
+        rings = [line for line in ax.lines if line.get_markeredgecolor() == VERMILION]
+        assert len(rings) == 1
+        heights = np.concatenate([line.get_ydata() for line in ax.lines])
+        assert np.all(heights > 0), "the reference is drawn, though its error is zero"
+
+
+def test_a_knob_of_which_nothing_can_be_said_is_left_out(table):
+    table.loc[table.knob == "voxels", "error"] = np.nan
+    figure = figures.accuracy(table, "nipple_mm")
+    assert "voxels" not in [ax.get_title(loc="left") for ax in figure.axes]
+
+
+def test_orders_and_budget_name_every_knob_and_quantity(table):
+    names = [label.get_text() for label in figures.orders(orders(table)).axes[0].get_yticklabels()]
+    assert len(names) == 10
+    assert "element size: nipple_mm" in names
+    shares = figures.budget(budget(table))
+    assert [label.get_text() for label in shares.axes[0].get_yticklabels()] == ["agd percent", "nipple mm"]
+    widths = [bar.get_width() for bar in shares.axes[0].patches]
+    assert sum(widths) == pytest.approx(200)
+
+
+def test_a_unit_stands_in_the_name():
+    assert [figures.unit_of(name) for name in ("force_n", "d_percent", "scatter_to_primary")] == [
+        "N",
+        "%",
+        "-",
+    ]

@@ -1,0 +1,137 @@
+"""Errors, orders, exponents and budgets of made tables whose answers are known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.study.accuracy import accuracy, on_front, orders, slope
+from mammosim.study.error_budget import budget
+
+SIZES = (8.0, 4.0, 2.0, 1.0)
+
+
+def _rows(knob, quantity, answers, *, seconds, random=False, sizes=None, today=1):
+    """Rows of trials: answers (n_value, n_repeat) or (n_value, n_repeat, 3)."""
+    found = []
+    for number, repeats in enumerate(answers):
+        for repeat, answer in enumerate(repeats):
+            numbers = np.pad(
+                np.atleast_1d(answer).astype(float), (0, 3 - np.size(answer)), constant_values=np.nan
+            )
+            found.append(
+                {"stage": "xray", "knob": knob, "value": f"v{number}", "quantity": quantity, "repeat": repeat}
+                | dict(zip(("answer_1", "answer_2", "answer_3"), numbers))
+                | {"seconds": seconds[number], "memory_mb": 300.0 + number, "random": random, "outcome": "ok"}
+                | {
+                    "size": (sizes or SIZES)[number],
+                    "today": number == today,
+                    "settings": f'{{"a": {number}}}',
+                }
+                | {"reference": number == len(answers) - 1}
+            )
+    return pd.DataFrame(found)
+
+
+def _second_order(today=1):
+    """error = size^2 N against a reference of 5 N at size 0.01, seconds = 16 size^-3."""
+    sizes = (8.0, 4.0, 2.0, 0.01)
+    answers = [[5 + h**2] * 2 for h in sizes[:-1]] + [[5.0, 5.0]]
+    seconds = [16 * h**-3 for h in sizes]
+    return _rows("element", "force_n", answers, seconds=seconds, sizes=sizes, today=today)
+
+
+def test_an_error_is_the_distance_from_the_reference_in_the_unit_of_the_name():
+    table = accuracy(_second_order())
+    np.testing.assert_allclose(table.error, [64, 16, 4, 0])
+    relative = _rows("voxels", "agd_percent", [[1.1], [1.0]], seconds=[1, 2])
+    np.testing.assert_allclose(accuracy(relative).error, [10, 0])
+    place = _rows("pyramid", "nipple_mm", [[np.array([3.0, 4.0, 0.0])], [np.zeros(3)]], seconds=[1, 2])
+    np.testing.assert_allclose(accuracy(place).error, [5, 0])
+
+
+def test_the_error_of_a_random_knob_is_its_scatter_and_the_bias_that_stands_above_the_noise():
+    rng = np.random.default_rng(1)
+    v, r = 10 + 0.3 + 0.2 * rng.standard_normal(400), 10 + 0.1 * rng.standard_normal(400)
+    table = accuracy(_rows("photons", "force_n", [v, r], seconds=[1, 4], random=True))
+    # sqrt(0.2^2 + 0.3^2) and 0.1, with the standard errors of 400 draws
+    assert table.error[0] == pytest.approx(0.36, abs=0.03)
+    assert table.error[1] == pytest.approx(0.1, abs=0.015)
+
+
+def test_order_and_exponent_are_those_the_table_was_made_with():
+    (row,) = orders(accuracy(_second_order())).itertuples()
+    assert row.order == pytest.approx(2)
+    assert row.order_se == pytest.approx(0, abs=1e-9)
+    assert row.exponent == pytest.approx(3)
+    assert row.points == 3, "the reference has no error by definition"
+
+
+def test_errors_in_the_noise_are_not_fitted():
+    answers = [[13.0, 13.0], [7.0, 7.0], [5.01, 4.9], [5.0, 5.1]]
+    table = accuracy(_rows("voxels", "force_n", answers, seconds=[1, 2, 4, 8]))
+    assert orders(table).points[0] == 2
+
+
+def test_an_order_that_one_point_leaves_open_is_no_number():
+    assert np.isnan(slope([1.0], [1.0])[0])
+    p, error = slope([1, 2], [1, 8])
+    assert p == pytest.approx(3)
+    assert np.isnan(error)
+
+
+def test_what_was_refused_has_no_error_and_says_why():
+    rows = _second_order()
+    rows.loc[rows.value == "v0", "outcome"] = "refused: it slides away"
+    table = accuracy(rows)
+    assert np.isnan(table.error[0])
+    assert table.outcome[0] == "refused: it slides away"
+    assert table.error[1] == 16
+
+
+def test_a_knob_without_its_reference_is_refused():
+    rows = _second_order()
+    with pytest.raises(
+        ConfigurationError, match="the knob element lacks the row of its reference for force_n"
+    ):
+        accuracy(rows[~rows.reference])
+
+
+def test_the_front_is_what_nothing_beats():
+    np.testing.assert_array_equal(on_front([1, 2, 3, 4], [5, 6, 1, 1]), [True, False, True, False])
+    np.testing.assert_array_equal(on_front([1, 1], [1, 1]), [True, True])
+    assert not on_front([1, 2], [np.nan, 1])[0]
+
+
+def test_shares_are_those_of_the_squares_and_the_largest_limits():
+    other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=(2, 1), today=0)
+    found = budget(accuracy(pd.concat([_second_order(), other])))
+    assert list(found.knob) == ["element", "photons"]
+    np.testing.assert_allclose(found.share_percent, [64, 36])
+    np.testing.assert_allclose(found.total_error, 20)
+    assert list(found.limits) == [True, False]
+
+
+def test_the_next_second_goes_where_the_error_falls_most_per_second():
+    # element: 4 -> 2 mm takes 16/8 - 16/64 = 1.75 s more and leaves sqrt(12^2 + 4^2);
+    # photons: 12 -> 0 takes 1 s more and leaves 16, 4 N per s.
+    other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=(2, 1), today=0)
+    found = budget(accuracy(pd.concat([_second_order(), other]))).set_index("knob")
+    assert found.step_to["element"] == "v2"
+    assert found.error_after["element"] == pytest.approx(np.hypot(12, 4))
+    assert found.seconds_more["element"] == pytest.approx(1.75)
+    assert list(found.index[found["next"]]) == ["element"]
+    assert found.fall_per_second["photons"] == pytest.approx(4)
+
+
+def test_a_reference_has_no_step_left():
+    found = budget(accuracy(_second_order(today=3)))
+    assert found.step_to.isna().all()
+    assert not found[["next", "limits"]].to_numpy().any()
+
+
+def test_a_budget_without_todays_value_is_refused():
+    rows = _second_order()
+    rows["today"] = False
+    with pytest.raises(ConfigurationError, match="today's value of the knob element has no error of force_n"):
+        budget(accuracy(rows))

@@ -1,0 +1,117 @@
+"""A trial makes again only what its knob touches, times that alone, and says what refused it."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mammosim.core.errors import MechanicsError
+from mammosim.study import trial
+from mammosim.study.chain import Product
+from mammosim.study.knobs import Knob
+from mammosim.study.trial import Start, Trial, needed, touched
+
+COUNT: list[str] = []
+SETTINGS = {"mesh": {"element_mm": 12.0}, "xray": {"dose_error_percent": 1.0, "energies": 20}}
+REPEATS = {"presses": 1, "others": 3}
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a breast is for these products."""
+
+    names: tuple = (0,)
+
+
+def _counted(name, make):
+    def counted(inputs):
+        COUNT.append(name)
+        return make(inputs)
+
+    return counted
+
+
+def _pressed(inputs):
+    if inputs["mesh"] > 20:
+        raise MechanicsError("it slides away")
+    return SimpleNamespace(row={"force_n": 1.0 + inputs["mesh"] ** 2})
+
+
+def _dose(inputs):
+    noise = inputs.subject.names[-1] / 10
+    return SimpleNamespace(
+        mgy_per_mas=inputs["pressed"].row["force_n"] + noise * inputs.setting("xray.dose_error_percent")
+    )
+
+
+PRODUCTS = {
+    "mesh": Product(_counted("mesh", lambda i: i.setting("mesh.element_mm")), reads=("mesh",)),
+    "pressed": Product(_counted("pressed", _pressed), ("mesh",)),
+    "exposure": Product(
+        _counted("exposure", lambda i: i.setting("xray.energies")), ("pressed",), ("xray.energies",)
+    ),
+    "dose": Product(_counted("dose", _dose), ("pressed",), ("xray.dose_error_percent",)),
+}
+
+
+@pytest.fixture
+def start(monkeypatch):
+    COUNT.clear()
+    monkeypatch.setattr(trial, "PRODUCTS", PRODUCTS)
+    pressed = SimpleNamespace(row={"force_n": 145.0})
+    return Start(
+        None,
+        Subject(),
+        SETTINGS,
+        frozenset(),
+        {"mesh": 12.0, "pressed": pressed},
+        {"mesh": 2.0, "pressed": 40.0},
+    )
+
+
+def _trial(start, setting, values, quantities, *, of, kind="deterministic"):
+    given = {"stage": "x", "quantities": quantities, "kind": kind, "setting": setting, "values": values}
+    knob = Knob.of("knob", given | {"size": "value"}, SETTINGS)
+    return Trial(start, Knob.plain(knob.alone(of)), REPEATS)
+
+
+def test_what_a_setting_changes_is_made_of_it_or_of_what_is(start):
+    assert touched(PRODUCTS, ["mesh.element_mm"]) == {"mesh", "pressed", "exposure", "dose"}
+    assert touched(PRODUCTS, ["mesh"]) == {"mesh", "pressed", "exposure", "dose"}
+    assert touched(PRODUCTS, ["xray.energies"]) == {"exposure"}
+    assert needed(["force_n"]) == {"mesh", "pressed"}
+    assert needed(["agd_percent"]) == set(PRODUCTS)
+
+
+def test_what_the_knob_leaves_alone_is_not_made(start):
+    rows = _trial(
+        start, "xray.dose_error_percent", [1.0, 0.5], ["agd_percent"], of="0.5", kind="random"
+    ).rows()
+    assert len(rows) == REPEATS["others"]
+    assert "pressed" not in COUNT
+    assert COUNT.count("dose") == REPEATS["others"] + 1, "and once to warm up"
+    assert rows.answer_1.nunique() == REPEATS["others"], "a repeat has streams of its own"
+
+
+def test_a_press_is_made_once_and_its_time_counts_in_every_repeat(start):
+    rows = _trial(start, "mesh.element_mm", [12.0, 6.0], ["force_n", "agd_percent"], of="6").rows()
+    assert COUNT.count("pressed") == COUNT.count("mesh") == 1
+    assert COUNT.count("dose") == REPEATS["others"]
+    np.testing.assert_allclose(rows.answer_1[rows["quantity"] == "force_n"], 37)
+    assert rows.seconds.min() >= 0
+    assert list(rows.reference) == [True] * 6
+
+
+def test_todays_press_is_that_of_the_start_with_the_seconds_it_took(start):
+    rows = _trial(start, "mesh.element_mm", [12.0, 6.0], ["force_n"], of="12").rows()
+    assert COUNT == []
+    np.testing.assert_allclose(rows.seconds, 42.0)
+    np.testing.assert_allclose(rows.answer_1, 145.0)
+
+
+def test_a_refusal_is_a_row_with_its_reason_and_ends_the_repeats(start):
+    rows = _trial(start, "mesh.element_mm", [24.0, 12.0], ["force_n"], of="24").rows()
+    assert list(rows.outcome) == ["refused: it slides away"]
+    assert np.isnan(rows.answer_1[0])
+    assert COUNT.count("pressed") == 1

@@ -1,0 +1,23 @@
+"""The chain of one breast at today's settings, which every trial of accuracy begins with."""
+
+import _log
+
+from mammosim.io.tables import write_table
+from mammosim.study.start import made_today, start_of, write_start
+
+
+def main(files: dict, given: dict, quantities: list[str], folder: str, table: str) -> None:
+    chain, seconds, rows = made_today(start_of(files, given), quantities)
+    write_start(chain, seconds, folder)
+    write_table(rows, table)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()),
+        snakemake.params.given,
+        snakemake.params.quantities,
+        snakemake.output.folder,
+        snakemake.output.table,
+    )

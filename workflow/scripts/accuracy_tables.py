@@ -1,0 +1,25 @@
+"""What accuracy costs: the table of all trials, orders, error budget, and the numbers of the page."""
+
+import _log
+import pandas as pd
+
+from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.study.accuracy import accuracy, orders
+from mammosim.study.accuracy_summary import numbers
+from mammosim.study.error_budget import budget
+from mammosim.study.preset_tables import presets
+
+
+def main(rows: list[str], limits: dict, out: dict[str, str]) -> None:
+    table = accuracy(pd.concat([read_table(path) for path in rows], ignore_index=True))
+    shares, chosen = budget(table), presets(table, limits)
+    write_table(table, out["table"])
+    write_table(orders(table), out["orders"])
+    write_table(shares, out["budget"])
+    write_table(chosen, out["presets"])
+    write_json(numbers(table, shares, chosen), out["numbers"])
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(snakemake.input.rows, snakemake.params.limits, dict(snakemake.output.items()))

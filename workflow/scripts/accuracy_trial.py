@@ -1,0 +1,24 @@
+"""One value of one knob: what is answered with it, and its processor time and memory."""
+
+import _log
+
+from mammosim.io.tables import write_table
+from mammosim.study.knobs import Knob
+from mammosim.study.start import read_start, start_of
+from mammosim.study.trial import Trial
+
+
+def main(files: dict, given: dict, knob: Knob, repeats: dict, out: str) -> None:
+    start = read_start(start_of(files, given), files["start"])
+    write_table(Trial(start, knob, repeats).rows(), out)
+
+
+if __name__ == "__main__":
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    main(
+        dict(snakemake.input.items()),
+        snakemake.params.given,
+        Knob.plain(snakemake.params.knob),
+        snakemake.params.repeats,
+        snakemake.output[0],
+    )
