@@ -6,7 +6,7 @@ TRIED = ACCURACY["volunteer"]  # the volunteer
 TRIED_LOAD = {
     "position": ACCURACY["load"]["position"],
     "thickness_mm": COMPRESSION["thickness_mm"].get(TRIED),
-    "strategy": SCENES[ACCURACY["load"]["strategy"]],
+    "strategy": WAYS[ACCURACY["load"]["strategy"]],
 }
 TRIED_SETTINGS = chain_settings(TISSUES, TRIED_LOAD) | {
     name: config[name] for name in ("registration", "segmentation")

@@ -2,6 +2,8 @@
 import hashlib
 import json
 
+from mammosim.study.presets import chosen
+
 MADE_FOR = {}  # the name of a part that is kept -> a scene, and the effects, that it belongs to
 
 
@@ -53,6 +55,16 @@ def overridden(values, others):
         nested = isinstance(value, dict) and isinstance(values.get(key), dict)
         merged[key] = overridden(values[key], value) if nested else value
     return merged
+
+
+def nested(settings):
+    """Settings with dotted names as nested values."""
+    values = {}
+    for name, value in settings.items():
+        for part in reversed(name.split(".")):
+            value = {part: value}
+        values = overridden(values, value)
+    return values
 
 
 def preset(accuracy):
