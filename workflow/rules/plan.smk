@@ -16,6 +16,7 @@ rule plan:
             *("--snakefile", str(HOME / "Snakefile")),
         ],
         targets=["study", *PAGES],
+        scenes={name: effects_or_file(name) for name in SCENES},
         cores=workflow.cores or 1,
         now=time.time(),  # what there is to do changes with every run, which no file says
     log:

@@ -67,12 +67,22 @@ def nested(settings):
     return values
 
 
+@cache
+def picked(accuracy):
+    """The cheapest settings that meet errors (JSON, quantity -> error) by the measured curves; says which."""
+    choice = chosen(pd.read_csv(home("config/accuracy/measured.csv"), comment="#"), json.loads(accuracy))
+    if workflow.is_main_process:
+        settings = ", ".join(f"{name} {value}" for name, value in choice.settings.items())
+        errors = ", ".join(f"{name} {error:.2g}" for name, error in choice.errors.items())
+        logger.info(f"accuracy {accuracy} is met by {settings}: {errors}, {choice.seconds:.0f} s")
+    return choice
+
+
 def preset(accuracy):
     """The overrides of config/accuracy/{accuracy}.yaml, or the cheapest settings that meet its errors."""
     try:
         if isinstance(accuracy, dict):
-            choice = chosen(pd.read_csv(home("config/accuracy/measured.csv"), comment="#"), accuracy)
-            return nested(choice.settings)
+            return nested(picked(json.dumps(accuracy)).settings)
         return read_yaml(f"config/accuracy/{accuracy}.yaml") or {}
     except FileNotFoundError:
         known = ", ".join(sorted(path.stem for path in (HOME / "config/accuracy").glob("*.yaml")))
@@ -101,8 +111,14 @@ def scene_effects(scene, model):
 
 def screening_of(wildcards):
     """The screening that a scene's model depends on, if any."""
-    auto = wildcards.model == "screened" and SCENES[wildcards.scene].effects == "auto"
-    return [f"results/scenes/screening/{FAMILY[wildcards.scene]}.csv"] if auto else []
+    found = effects_or_file(wildcards.scene)
+    return [found] if wildcards.model == "screened" and isinstance(found, str) else []
+
+
+def effects_or_file(scene):
+    """The effects that a scene lists, or the file in which they are found."""
+    auto = SCENES[scene].effects == "auto"
+    return f"results/scenes/screening/{FAMILY[scene]}.csv" if auto else list(SCENES[scene].effects)
 
 
 def made_key(scene, effects, part):

@@ -43,14 +43,20 @@ def benchmarks(folder: Path) -> pd.DataFrame:
 
 
 def effects_of(scenes: Mapping[str, list[str] | str]) -> dict[str, pd.DataFrame | list[str] | None]:
-    """The effects of each scene: listed, or read from the file of its screening, if that was made."""
+    """The effects of each scene: listed, or its rows of the file of its screening, if that was made."""
     return {
-        name: given if isinstance(given, list) else read_table(given) if Path(given).exists() else None
+        name: given if isinstance(given, list) else screened(name, given) if Path(given).exists() else None
         for name, given in scenes.items()
     }
+
+
+def screened(scene: str, path: str) -> pd.DataFrame:
+    """The rows of one scene."""
+    rows = read_table(path)
+    return rows[rows.scene == scene]
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     settings = dict(snakemake.params.items())
-    main(dict(snakemake.input.items()), settings, settings.pop("scenes", {}), snakemake.output[0])
+    main(dict(snakemake.input.items()), settings, settings.pop("scenes"), snakemake.output[0])

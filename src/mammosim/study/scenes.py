@@ -36,6 +36,8 @@ EFFECTS: Mapping[str, str] = {
 }
 # What a machine has or has not; all else is how faithfully it is computed.
 EQUIPMENT = frozenset({"grid"})
+# Only where a scene names it: with friction a press takes ten times as long (decisions/scenes.md).
+DEAR = frozenset({"friction"})
 AUTO = "auto"
 # The settings that the load of a scene gives, by the products that read them.
 LOADS = {"load.position": "position", "load.strategy": "strategy"}
@@ -43,7 +45,7 @@ LOADS = {"load.position": "position", "load.strategy": "strategy"}
 
 @dataclass(frozen=True)
 class Scene:
-    """asked: quantity -> tolerance in its unit; effects: names, or AUTO; equipment: that there is.
+    """asked: quantity -> tolerance in its unit; effects: names, or AUTO; also: of EQUIPMENT and DEAR.
 
     load: position and strategy (its name), either or both; accuracy: a preset's name, or quantity -> error.
     Raises ConfigurationError for names that mean nothing, and for a question that its load cannot answer.
@@ -53,14 +55,14 @@ class Scene:
     load: Mapping[str, str]
     asked: Mapping[str, float]
     effects: str | tuple[str, ...]
-    equipment: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
     accuracy: str | Mapping[str, float] = "standard"
 
     def __post_init__(self) -> None:
         self._refuse_unknown("quantity", self.asked, QUANTITIES)
         listed = () if self.effects == AUTO else self.effects
         self._refuse_unknown("effect", listed, EFFECTS)
-        self._refuse_unknown("equipment", self.equipment, EQUIPMENT)
+        self._refuse_unknown("effect of `also`", self.also, EQUIPMENT | DEAR)
         for quantity in self.asked:
             for product in QUANTITIES[quantity].products:
                 self._require_load(quantity, product)
@@ -80,21 +82,21 @@ class Scene:
             values["load"],
             values["asked"],
             effects,
-            tuple(values.get("equipment", ())),
+            tuple(values.get("also", ())),
             values.get("accuracy", "standard"),
         )
 
     @property
     def full(self) -> frozenset[str]:
-        """Every effect that acts on what is asked, but equipment that there is not."""
+        """Every effect that acts on what is asked, of EQUIPMENT and DEAR only those of `also`."""
         acting = effects_on(products_of(self.asked))
-        return acting - (EQUIPMENT - set(self.equipment))
+        return acting - ((EQUIPMENT | DEAR) - set(self.also))
 
     @property
     def needed(self) -> frozenset[str]:
         """Effects without which what is asked means nothing, and equipment."""
         means_with = {effect for name in self.asked for effect in QUANTITIES[name].means_with}
-        return self.full & (means_with | set(self.equipment))
+        return self.full & (means_with | EQUIPMENT)
 
     def modelled(self, model: str, screening: pd.DataFrame | None) -> frozenset[str]:
         """The effects of a model: 'full', or 'screened': those listed, or else found by a screening."""
@@ -110,7 +112,7 @@ class Scene:
     def _refuse_unknown(self, what: str, names: Iterable[str], known: Collection[str]) -> None:
         if unknown := [name for name in names if name not in known]:
             raise ConfigurationError(
-                f"scene {self.name}: no {what} {unknown[0]!r}; choose among: {', '.join(known)}"
+                f"scene {self.name}: no {what} {unknown[0]!r}; choose among: {', '.join(sorted(known))}"
             )
 
     def _require_load(self, quantity: str, product: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.chain import upstream
 from mammosim.study.scene_files import STORED
-from mammosim.study.scenes import EFFECTS, EQUIPMENT, PRODUCTS, Scene, effects_on, products_of
+from mammosim.study.scenes import DEAR, EFFECTS, EQUIPMENT, PRODUCTS, Scene, effects_on, products_of
 
 UPRIGHT, PRESSED = {"position": "upright"}, {"strategy": "standard"}
 
@@ -18,8 +18,8 @@ def scene(load, asked, effects="auto", **more):
 @pytest.mark.parametrize(
     ("load", "asked", "effects", "words"),
     [
-        (UPRIGHT, {"niple_mm": 1}, "auto", "no quantity 'niple_mm'; choose among: nipple_mm, force_n"),
-        (UPRIGHT, {"nipple_mm": 1}, ["skn"], "no effect 'skn'; choose among: gland"),
+        (UPRIGHT, {"niple_mm": 1}, "auto", "no quantity 'niple_mm'; choose among: agd_percent, cnr_percent"),
+        (UPRIGHT, {"nipple_mm": 1}, ["skn"], "no effect 'skn'; choose among: blur"),
         (UPRIGHT, {"agd_percent": 1}, "auto", "agd_percent needs a strategy in its load, such as standard"),
         (PRESSED, {"nipple_mm": 1}, "auto", "nipple_mm needs a position in its load, such as upright"),
         (PRESSED, {"cnr_percent": 1}, ["scatter"], "means nothing without quantum_noise; add it to effects"),
@@ -31,27 +31,30 @@ def test_a_question_that_cannot_be_answered_is_refused_with_what_to_write(load, 
         scene(load, asked, effects)
 
 
-def test_equipment_is_a_grid_or_nothing():
-    with pytest.raises(ConfigurationError, match="no equipment 'lens'; choose among: grid"):
-        scene(PRESSED, {"cnr_percent": 1}, equipment=["lens"])
+def test_beside_what_is_always_considered_there_are_a_grid_and_friction():
+    with pytest.raises(ConfigurationError, match="no effect of `also` 'lens'; choose among: friction, grid"):
+        scene(PRESSED, {"cnr_percent": 1}, also=["lens"])
+    assert "friction" not in scene(PRESSED, {"force_n": 1}).full
+    with_friction = scene(PRESSED, {"force_n": 1}, also=["friction"])
+    assert "friction" in with_friction.full - with_friction.needed
 
 
 def test_a_scene_has_only_effects_that_act_on_what_it_asks():
     assert scene(UPRIGHT, {"nipple_mm": 1}).full == {"gland", "muscle", "skin", "fascia", "ligaments"}
     dose = scene(PRESSED, {"agd_percent": 1}).full
-    assert {"friction", "weight", "polychromatic", "paddle"} <= dose
+    assert {"weight", "polychromatic", "paddle"} <= dose
     assert not {"scatter", "blur", "quantum_noise"} & dose
 
 
 def test_a_grid_is_there_only_where_the_machine_has_one():
     assert "grid" not in scene(PRESSED, {"cnr_percent": 1}).full
-    with_grid = scene(PRESSED, {"cnr_percent": 1}, equipment=["grid"])
+    with_grid = scene(PRESSED, {"cnr_percent": 1}, also=["grid"])
     assert "grid" in with_grid.full & with_grid.needed
 
 
 def test_every_effect_of_a_product_has_words_and_every_word_an_effect():
     assert effects_on(PRODUCTS) == set(EFFECTS)
-    assert set(EFFECTS) >= EQUIPMENT
+    assert set(EFFECTS) >= EQUIPMENT | DEAR
 
 
 def test_a_question_without_dose_needs_no_dose():
