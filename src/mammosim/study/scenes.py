@@ -88,9 +88,9 @@ class Scene:
 
     @property
     def full(self) -> frozenset[str]:
-        """Every effect that acts on what is asked, of EQUIPMENT and DEAR only those of `also`."""
-        acting = effects_on(products_of(self.asked))
-        return acting - ((EQUIPMENT | DEAR) - set(self.also))
+        """Every effect that acts on what is asked, of EQUIPMENT and DEAR only those that are named."""
+        named = set(self.also) | (set() if self.effects == AUTO else set(self.effects))
+        return effects_on(products_of(self.asked)) - ((EQUIPMENT | DEAR) - named)
 
     @property
     def needed(self) -> frozenset[str]:
