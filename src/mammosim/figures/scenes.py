@@ -21,7 +21,7 @@ def effects(table: pd.DataFrame) -> Figure:
     """
     answers = list(table[["scene", "quantity"]].drop_duplicates().itertuples(index=False, name=None))
     names = list(dict.fromkeys(table.effect))
-    figure = new_figure(1.6 + 0.27 * len(answers))
+    figure = new_figure(1.9 + 0.27 * len(answers))
     ax = figure.subplots()
     rows = table.set_index(["scene", "quantity", "effect"])
     parts = (rows.change / rows.tolerance).unstack("effect").reindex(index=answers, columns=names)
@@ -34,7 +34,7 @@ def effects(table: pd.DataFrame) -> Figure:
     ax.set_xticks(range(len(names)), [n.replace("_", " ") for n in names], rotation=45, ha="right")
     ax.set_yticks(range(len(answers)), [f"{s.replace('_', ' ')}: {q}" for s, q in answers], fontsize=7.5)
     ax.grid(False)
-    figure.colorbar(shown, ax=ax, label="change without it / tolerance (-)", pad=0.01)
+    figure.colorbar(shown, ax=ax, label="change / tolerance (-)", pad=0.01)
     return figure
 
 
@@ -69,7 +69,7 @@ def scenes(table: pd.DataFrame) -> Figure:
     )
     time.barh(place + 0.18, table.seconds_full, height=0.32, color=QUIET, label="all effects")
     time.barh(place - 0.18, table.seconds_screened, height=0.32, color=BLUE, label="those that matter")
-    time.set(xscale="log", xlabel="processor time (s)", title="time")
+    time.set(xlabel="processor time (s)", title="time", xlim=(0, None))
     time.legend(loc="best", fontsize=7)
     for ax in (apart, time):
         ax.grid(False, axis="y")

@@ -1,0 +1,116 @@
+"""Scenes on the tiny configuration: only the jobs that an answer needs, screened beside full; the plan."""
+
+import json
+
+import pandas as pd
+import pytest
+
+pytestmark = pytest.mark.workflow
+SCENE = """
+title: a question
+tissues: layered
+load: {strategy: gentle}
+asked: {ASKED: 5}
+effects: [gland, muscle, skin, polychromatic, paddle, scatter, quantum_noise]
+"""
+
+
+@pytest.fixture(scope="module")
+def answered(finished):
+    """The study after the target ran; afterwards nothing is left that its report would show."""
+    result = finished.snakemake("scenes")
+    assert result.returncode == 0, result.stdout[-6000:]
+    yield finished
+    (finished.run / "results/study/scenes.json").unlink()
+
+
+def test_every_effect_has_a_decision_with_its_reason(answered):
+    table = pd.read_csv(answered.run / "results/study/effects.csv")
+    assert set(table.scene) == {"nipple_upright"}
+    assert set(table.effect) == {"gland", "muscle", "skin", "fascia", "ligaments"}
+    assert table.reason.str.contains("nipple_mm moves by").all()
+    assert (table.included == (table.change > 0.25 * table.tolerance)).all()
+
+
+def test_screened_answers_stand_beside_full_ones_within_their_tolerance(answered):
+    table = pd.read_csv(answered.run / "results/study/scenes.csv").set_index("scene")
+    assert set(table.index) == {"nipple_upright", "exposure_listed"}
+    assert table.within.all()
+    assert (table.seconds_full > 0).all()
+    kept = json.loads((answered.run / "results/scenes/answers/exposure_listed_screened.json").read_text())
+    assert kept["effects"] == ["gland", "muscle", "paddle", "polychromatic", "skin"]
+
+
+def test_a_question_about_exposure_runs_no_monte_carlo_and_one_about_a_position_presses_nothing(answered):
+    made = {path.name for path in (answered.run / "results/scenes").iterdir()}
+    assert made == {"screening", "answers", "body", "loaded", "pressed", "phantom", "exposure"}
+
+
+def test_the_page_stands_alone_and_the_report_shows_it(answered):
+    page = (answered.run / "results/study/scenes.html").read_text()
+    assert "data:image/png;base64," in page
+    assert (
+        "results/study/effects.csv"
+        in answered.jobs("results/study/report.html")["report: results/study/report.html"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "has", "lacks"),
+    [
+        ("agd_percent", {"dose", "exposure"}, {"scatter", "image"}),
+        ("cnr_percent", {"scatter", "image"}, {"dose"}),
+        ("force_n", {"pressed"}, {"phantom", "dose", "scatter"}),
+    ],
+)
+def test_the_jobs_are_those_of_the_asked_quantity(finished, tmp_path, asked, has, lacks):
+    (finished.home / "config/scenes/mine.yaml").write_text(SCENE.replace("ASKED", asked))
+    jobs = _jobs_of_mine(finished, tmp_path)
+    assert {f"scene_{part}" for part in has} <= jobs
+    assert not {f"scene_{part}" for part in lacks} & jobs
+
+
+def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished, tmp_path):
+    text = SCENE.replace("ASKED", "cnr_percent").replace(" scatter,", "")
+    (finished.home / "config/scenes/mine.yaml").write_text(text)
+    assert "scene_scatter" not in _jobs_of_mine(finished, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("agd_percent", "agd_procent"), "no quantity 'agd_procent'"),
+        (("{strategy: gentle}", "{position: upright}"), "agd_percent needs a strategy in its load"),
+        ((": 5}", ": -5}"), "must be more than 0"),
+        (("scatter,", "scater,"), "no effect 'scater'; choose among:"),
+        (("strategy: gentle", "strategy: gentel"), "no strategy 'gentel'; choose one of: standard"),
+        (("title:", "tittle:"), "did you mean 'title'?"),
+        (("effects:", "accuracy: fast\neffects:"), "no preset 'fast'; choose one of:"),
+    ],
+)
+def test_a_scene_that_cannot_be_meant_is_refused_with_what_to_write(study, tmp_path, change, words):
+    text = SCENE.replace("ASKED", "agd_percent").replace(*change)
+    (study.home / "config/scenes/mine.yaml").write_text(text)
+    assert words in _dry_run_of_mine(study, tmp_path)
+
+
+def test_the_plan_tells_jobs_minutes_and_effects_before_a_run(answered):
+    result = answered.snakemake("plan")
+    assert result.returncode == 0, result.stdout[-6000:]
+    assert "nipple_upright: effects: " in result.stdout
+    assert "exposure_listed: effects as listed: gland, muscle" in result.stdout
+    table = pd.read_csv(answered.run / "results/study/plan.csv")
+    assert {"hard_cases", "recovery"} <= set(table.target)
+    assert (table.jobs > 0).all()
+
+
+def _dry_run_of_mine(study, folder) -> str:
+    (folder / "mine.yaml").write_text("scenes: {names: [mine]}\n")
+    files = (str(study.home / "config/smoke.yaml"), str(folder / "mine.yaml"))
+    target = "results/scenes/answers/mine_screened.json"
+    return study.snakemake("--configfile", *files, "--dry-run", "--", target).stdout
+
+
+def _jobs_of_mine(study, folder) -> set[str]:
+    words = _dry_run_of_mine(study, folder)
+    return {line.split()[1].rstrip(":") for line in words.splitlines() if line.startswith("rule scene_")}
