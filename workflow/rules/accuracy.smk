@@ -23,7 +23,7 @@ PAGES["accuracy"] = {
 
 
 wildcard_constraints:
-    knob="[a-z0-9_]+",
+    knob="|".join(KNOBS),
     value="[A-Za-z0-9_.+-]+",
 
 
@@ -109,6 +109,7 @@ rule accuracy_tables:
         budget="results/study/accuracy_budget.csv",
         presets="results/study/accuracy_presets.csv",
         numbers="results/study/accuracy.json",
+        files=expand("results/accuracy/presets/{preset}.yaml", preset=ACCURACY["presets"]),
     params:
         limits=ACCURACY["presets"],
     log:

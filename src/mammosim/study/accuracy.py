@@ -2,9 +2,9 @@
 
 With v and r the answers of a value and of the reference in n and m repeats:
 
-    deterministic:  error = |mean v - mean r|
-    random:         error^2 = var v + max(|mean v - mean r|^2 - var v / n - var r / m, 0)
-    noise^2 = var v / n + var r / m,   of the difference of means
+    noise^2 = var v / n + var r / m,  or var(v - r) / n of repeats with the same random streams
+    bias^2  = max(|mean v - mean r|^2 - noise^2, 0)
+    error   = bias of a deterministic knob,  (var v + bias^2)^(1/2) of a random one
     error ~ size^p,  seconds ~ size^-q
 """
 
@@ -66,10 +66,10 @@ def _error(rows: pd.DataFrame, reference: pd.DataFrame, *, random: bool) -> tupl
         return np.nan, np.nan
     v, r = _answers(rows), _answers(reference)
     scale = _unit(str(rows["quantity"].iloc[0]), r.mean(axis=0))
-    var_v, var_r = _variance(v), _variance(r)
-    noise2 = var_v / len(v) + (0.0 if bool(rows["reference"].iloc[0]) else var_r / len(r))
-    bias2 = float(np.sum((v.mean(axis=0) - r.mean(axis=0)) ** 2))
-    error2 = var_v + max(bias2 - noise2, 0.0) if random else bias2
+    paired = not random and len(v) == len(r)
+    noise2 = _variance(v - r) / len(v) if paired else _variance(v) / len(v) + _variance(r) / len(r)
+    bias2 = max(float(np.sum((v.mean(axis=0) - r.mean(axis=0)) ** 2)) - noise2, 0.0)
+    error2 = _variance(v) + bias2 if random else bias2
     return float(scale * np.sqrt(error2)), float(scale * np.sqrt(noise2))
 
 

@@ -21,7 +21,8 @@ PRODUCTS: Mapping[str, Product] = {**products_mechanics.PRODUCTS, **products_xra
 OK = "ok"
 ANSWERS = ("answer_1", "answer_2", "answer_3")  # a place has three coordinates, the rest one number
 MECHANICS = frozenset(products_mechanics.PRODUCTS)
-COSTLY = frozenset({"mesh", "pressed"})  # a knob that touches one of them is repeated as often as presses
+# What takes long is repeated as often as presses: mechanics are kept for what follows, slices are an end.
+COSTLY, COSTLY_END = frozenset({"mesh", "pressed"}), frozenset({"slices"})
 
 
 @dataclass(frozen=True)
@@ -116,9 +117,11 @@ class Trial:
 
         A refusal ends the repeats.
         """
-        self._warm_up()
         rows: list[dict[str, Any]] = []
-        for repeat in range(self.repeats["others"]):
+        ends = bool(COSTLY_END & self.touched & needed(self.knob.quantities))
+        if not (ends or self.costly or self.of_images):
+            self._warm_up()
+        for repeat in range(self.repeats["presses" if ends else "others"]):
             rows += self._repeat(repeat)
             if any(row["outcome"] != OK for row in rows):
                 break
@@ -132,11 +135,10 @@ class Trial:
         return pd.DataFrame(about, index=table.index).join(table)
 
     def _warm_up(self) -> None:
-        """Load the compiled kernels by the draft, where that takes no longer than they do."""
-        if not self.costly and not self.of_images:
-            chain = self.start.chain(self.knob.values[0], 0).given(self._given())
-            for name in self.knob.quantities:
-                answered(name, chain)
+        """Load the compiled kernels, by the draft."""
+        chain = self.start.chain(self.knob.values[0], 0).given(self._given())
+        for name in self.knob.quantities:
+            answered(name, chain)
 
     def _given(self) -> dict[str, Any]:
         """The products that need not be made."""

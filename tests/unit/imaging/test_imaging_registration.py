@@ -5,11 +5,11 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import ConfigurationError, FiducialError, ImageError
 from mammosim.core.rigid import IDENTITY, RigidTransform, rotation
 from mammosim.core.volume import Grid, Image
 from mammosim.imaging.landmarks import icp, kabsch, match, residual
-from mammosim.imaging.registration import register, resample, rib_cage, transform_error
+from mammosim.imaging.registration import Settings, register, resample, rib_cage, transform_error
 
 MOTION = RigidTransform(rotation(np.array([3.0, -2.0, 2.5])), np.array([4.0, -5.0, 3.0]))
 MARKERS = np.array([[0.0, -40, 75], [-65, -25, 70], [12, -45, 20], [80, -15, -75]])
@@ -115,3 +115,18 @@ def test_registering_twice_gives_the_same_numbers(chest, render) -> None:
     first, second = (register(chest.image, moving.image, chest.chest, moving.chest) for _ in range(2))
     np.testing.assert_array_equal(first.refined.R, second.refined.R)
     np.testing.assert_array_equal(first.refined.t, second.refined.t)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"smoothing_mm": ()}, "give at least one level"),
+        ({"smoothing_mm": (-1.0, 0.0)}, "none below 0"),
+        ({"voxel_mm": 0.0}, "voxel_mm = 0"),
+        ({"samples": 10}, "samples = 10"),
+        ({"iterations": 0}, "iterations = 0"),
+    ],
+)
+def test_impossible_settings_are_refused(wrong, words) -> None:
+    with pytest.raises(ConfigurationError, match=words):
+        Settings(**wrong)

@@ -115,6 +115,8 @@ def test_impossible_settings_are_refused() -> None:
         Settings(classifier="forest")
     with pytest.raises(ConfigurationError, match="was it given in cm"):
         Settings(neighbourhood_mm=40.0)
+    with pytest.raises(ConfigurationError, match="voxel_mm = 0 must be in"):
+        Settings(voxel_mm=0.0)
 
 
 def test_the_bias_field_is_removed(chest) -> None:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,16 @@ def test_the_lesion_darkens_its_own_shadow_and_nothing_else(breast):
     assert not np.any(shot.lesion & shot.ring)
     # At least half the thickness lies behind 3/4 pi r^2; a ball of 81 voxels of 2 mm is that rough.
     assert shot.row["lesion_pixels"] == pytest.approx(0.75 * np.pi * 25, rel=0.35)
+
+
+def test_an_image_nears_that_of_many_rays_as_one_over_their_number(breast):
+    # A voxel's edge crosses a pixel: of n rays and axis, 1/n are on the wrong side.
+    images = {
+        rays: mammogram(breast, replace(view(breast, 0.1), rays=rays), rng=generator(4)).exposure.mean
+        for rays in (1, 4, 12)
+    }
+    one, four = (np.sqrt(np.mean((images[rays] - images[12]) ** 2)) for rays in (1, 4))
+    assert 0 < four < one / 2
 
 
 def test_quantum_noise_falls_as_one_over_the_root_of_the_exposure(breast):
