@@ -29,9 +29,7 @@ def tasks(table: pd.DataFrame, aims: pd.DataFrame) -> Figure:
         _lines(ax, part, column, colours)
         _goals(ax, part, aims[aims.what == column], LIMITS[column])
     axes[0].set(xscale="log", xlabel="processor time (s)")
-    axes[1].margins(x=0.1)
-    axes[1].autoscale_view()
-    axes[1].set_xlim(left=0)
+    axes[1].set_xlim(0, 1.1 * axes[1].get_xlim()[1])
     axes[1].set_xlabel("histories per processor-second")
     handles = {line.get_label(): line for ax in axes for line in ax.lines if line.get_label()[0] != "_"}
     labels = [name.replace("_", " ") for name in handles]
