@@ -28,7 +28,8 @@ def tasks(table: pd.DataFrame, aims: pd.DataFrame) -> Figure:
     for ax, (column, part) in zip(axes, parts.items()):
         _lines(ax, part, column, colours)
         _goals(ax, part, aims[aims.what == column], LIMITS[column])
-    axes[0].set_xlabel("processor time (s)")
+    axes[0].set(xscale="log", xlabel="processor time (s)")
+    axes[1].set_xlim(0, 1.1 * axes[1].get_xlim()[1])
     axes[1].set_xlabel("histories per processor-second")
     handles = {line.get_label(): line for ax in axes for line in ax.lines if line.get_label()[0] != "_"}
     labels = [name.replace("_", " ") for name in handles]
@@ -43,7 +44,7 @@ def _lines(ax: Axes, part: pd.DataFrame, column: str, colours: dict[str, str]) -
         size = 8 if program == OURS else 6
         ax.plot(rows[column], y, "o", ms=size, color=colours[str(program)], label=str(program), zorder=3)
     ax.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
-    ax.set(xscale="log", ylim=(len(names) - 0.5, -0.5))
+    ax.set_ylim(len(names) - 0.5, -0.5)
 
 
 def _goals(ax: Axes, part: pd.DataFrame, aims: pd.DataFrame, limit: str) -> None:
