@@ -5,15 +5,17 @@ anode's surface at the angle a - phi, a that of the ray along the chest wall.
 """
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from mammosim.core.errors import XrayError
 from mammosim.xray.effects import Heel
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.tube import Tube, tube_spectrum
 
-NODES = 6  # of a polynomial in the angle, within 0.1 percent
+NODES = 8  # of a polynomial in the angle, within 0.1 percent
 SMALLEST_DEG = 5.0  # of the tube's model
 
 
@@ -33,9 +35,15 @@ def heel(geometry: Geometry, tube: tuple[str, str, float, float], *, chest_angle
             f"rays at the far edge leave the anode at {angles.min():.1f} degrees, below {SMALLEST_DEG:g}; "
             "make chest_angle_deg larger, or the field shallower"
         )
-    nodes = np.linspace(angles.min(), max(angles.max(), chest_angle_deg), NODES)
-    leaving = [replace(Tube(), anode_angle_deg=float(a)) for a in nodes]
-    kerma = [tube_spectrum(*tube, tube=t).kerma_mgy_per_mas for t in leaving]
-    curve = np.polynomial.Polynomial.fit(nodes, np.log(kerma), NODES - 1)
+    curve = _log_kerma(tube, max(float(np.ceil(angles.max())), chest_angle_deg))
     factor = np.exp(curve(angles) - curve(chest_angle_deg))
     return Heel(np.repeat(factor[:, None], d.shape[1], axis=1))
+
+
+@cache  # the views of an arc share it, and a spectrum takes half a second
+def _log_kerma(tube: tuple[str, str, float, float], largest_deg: float) -> Polynomial:
+    """ln of the air kerma per mAs of rays that leave the anode at an angle up to the largest, degrees."""
+    nodes = np.linspace(SMALLEST_DEG, largest_deg, NODES)
+    leaving = [replace(Tube(), anode_angle_deg=float(a)) for a in nodes]
+    kerma = [tube_spectrum(*tube, tube=t).kerma_mgy_per_mas for t in leaving]
+    return Polynomial.fit(nodes, np.log(kerma), NODES - 1)
