@@ -12,6 +12,7 @@ from mammosim.study.accuracy import on_front
 
 COLUMNS = 3
 NOTHING = 0.3  # of the smallest error above zero: where an error of zero is drawn
+LEAST_SPAN = 2.0  # of the time axis to either side: less would be all noise of timing
 UNITS = {"mm": "mm", "n": "N", "kpa": "kPa", "percent": "%"}
 SHOWN = 4  # knobs with a colour of their own in a budget
 SMALL_SHARE = 8.0  # percent; parts below bear no name
@@ -70,6 +71,9 @@ def _curve(ax: Axes, rows: pd.DataFrame) -> None:
             ax.plot(x, y, "o", ms=11, mfc="none", mec=VERMILION, mew=1.6, zorder=4)
     ax.set(xscale="log", yscale="log")
     ax.margins(0.16)
+    middle = float(np.exp(np.log(seconds).mean()))
+    low, high = ax.get_xlim()
+    ax.set_xlim(min(low, middle / LEAST_SPAN), max(high, middle * LEAST_SPAN))
     _plain_ticks(ax)
 
 

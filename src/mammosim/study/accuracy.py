@@ -31,6 +31,7 @@ def accuracy(rows: pd.DataFrame) -> pd.DataFrame:
     there is no other value. seconds: median of the repeats; seconds_spread: half their range.
     Raises ConfigurationError for a knob without reference.
     """
+    rows = rows.assign(value=[v if isinstance(v, str) else f"{v:g}" for v in rows.value])
     found = []
     for (knob, quantity), of_knob in rows.groupby(["knob", "quantity"], sort=False):
         reference = of_knob[of_knob.reference]

@@ -2,11 +2,13 @@
 
 One value v of each knob k, x_kv in {0, 1}:
 
-    minimise  sum_kv x_kv ln f_kv,   f_kv = (T - t_k + t_kv) / T
-    with      sum_v x_kv = 1 for each k,   sum_kv e_kvq^2 x_kv <= tolerance_q^2 for each quantity q
+    minimise  sum_kv x_kv (ln f_kv + TIE sum_q r_kvq),   f_kv = (T - t_k + t_kv) / T
+    with      sum_v x_kv = 1 for each k,   sum_kv x_kv r_kvq <= 1 for each quantity q,
+              r_kvq = e_kvq^2 / tolerance_q^2
 
 T is the time of the whole chain at today's settings, t_k that of what knob k touches at today's value. The
-estimated time is T prod f: where two knobs shorten the same product, their parts multiply.
+estimated time is T prod f: where two knobs shorten the same product, their parts multiply. TIE lets accuracy
+decide between times that are as good as equal.
 """
 
 # ASSUME: errors add as squares, and the factors of the time multiply.
@@ -26,6 +28,7 @@ from mammosim.study.trial import OK
 
 CHAIN = "chain"
 LEAST_FACTOR = 1e-3  # of the time of the chain that one knob may leave
+TIE = 1e-3  # what the time may be longer by, relative, for each quantity, where that lowers the error
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,12 @@ def chosen(measured: pd.DataFrame, wanted: Mapping[str, float]) -> Choice:
     """
     _check(measured, wanted)
     options = _options(measured, list(wanted))
-    e2 = np.array([options[f"error_{q}"] ** 2 / wanted[q] ** 2 for q in wanted])
-    _check_least(options, e2, wanted)
+    r = np.array([options[f"error_{q}"] ** 2 / wanted[q] ** 2 for q in wanted])
+    _check_least(options, r, wanted)
     one_each = np.array([(options.knob == knob).to_numpy(float) for knob in options.knob.unique()])
-    constraints = [LinearConstraint(one_each, 1, 1), LinearConstraint(e2, -np.inf, 1)]
+    constraints = [LinearConstraint(one_each, 1, 1), LinearConstraint(r, -np.inf, 1)]
     found = milp(
-        np.log(options.factor.to_numpy(float)),
+        np.log(options.factor.to_numpy(float)) + TIE * r.sum(axis=0),
         constraints=constraints,
         integrality=np.ones(len(options)),
         bounds=Bounds(0, 1),
@@ -111,9 +114,9 @@ def _seconds(measured: pd.DataFrame, wanted: list[str]) -> float:
     return float(rows.seconds.max())
 
 
-def _check_least(options: pd.DataFrame, e2: np.ndarray, wanted: Mapping[str, float]) -> None:
+def _check_least(options: pd.DataFrame, r: np.ndarray, wanted: Mapping[str, float]) -> None:
     """Refuse a tolerance below what the most accurate value of every knob leaves."""
-    for quantity, row in zip(wanted, e2):
+    for quantity, row in zip(wanted, r):
         least = wanted[quantity] * np.sqrt(pd.Series(row).groupby(options.knob.to_numpy()).min().sum())
         if least > wanted[quantity]:
             raise ConfigurationError(

@@ -18,7 +18,7 @@ from mammosim.study.pressed import Pressed
 from mammosim.study.products_images import read_imaged
 from mammosim.study.products_xray import Voxels
 from mammosim.study.quantities import quantities
-from mammosim.study.trial import OK, Start, numbered, peak_memory_mb
+from mammosim.study.trial import MECHANICS, OK, Start, numbered, peak_memory_mb
 
 TODAY = Value("today", {}, today=True)
 TABLES = ("path", "cells", "faces", "amounts", "thickness")  # of study.pressed.Pressed
@@ -43,17 +43,23 @@ def start_of(files: Mapping[str, str], given: Mapping[str, Any]) -> Start:
 def made_today(start: Start, names: Sequence[str]) -> tuple[Chain, dict[str, float], pd.DataFrame]:
     """The chain at today's settings, the seconds of its products with those of the images, and a row each.
 
-    names: of quantities. Raises what refuses one of them: without it there is nothing to compare.
+    names: of quantities. What follows the mechanics is made twice, so that no compilation is in its seconds.
+    Raises what refuses one of them: without it there is nothing to compare.
     """
-    chain = start.chain(TODAY, 0)
     images = replace(start.images(TODAY, 0), made={})
     images.make("breast").required()
     before, rows = images.seconds("breast"), []
-    seconds: dict[str, float] = {}
+    cold = start.chain(TODAY, 0)
+    for quantity in quantities(list(names)).values():
+        quantity.of(cold)
+    done = [name for name in MECHANICS if cold.key(name) in cold.made]
+    chain = start.chain(TODAY, 0).given({name: cold[name] for name in done})
+    seconds = {name: t for each in done for name, t in cold.seconds(each).items()}
     for name, quantity in quantities(list(names)).items():
         answer = np.atleast_1d(np.asarray(quantity.of(chain), float))
         taken = {n: t for end in quantity.products for n, t in chain.seconds(end).items()}
-        seconds |= taken
+        seconds |= {n: t for n, t in taken.items() if n not in done}
+        taken = {n: seconds[n] for n in taken}
         total = sum(taken.values()) + sum(before.values())
         rows.append({"quantity": name, "repeat": 0} | numbered(answer) | {"seconds": total, "outcome": OK})
     about = {"stage": CHAIN, "knob": CHAIN, "value": TODAY.name, "size": np.nan, "random": False}
