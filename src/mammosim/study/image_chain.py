@@ -9,10 +9,10 @@ from mammosim.xray.effects import (
     Effect,
     FocalSpot,
     QuantumNoise,
-    Structure,
     blur_of,
     electronic_noise_of,
     grid_of,
+    structure_of,
 )
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.heel import heel
@@ -54,7 +54,12 @@ EFFECTS: Mapping[str, Callable[[Taken], Effect]] = {
     "grid": lambda taken: grid_of(taken.settings["grid"]),
     "quantum_noise": lambda taken: QuantumNoise(),
     "blur": lambda taken: blur_of(taken.settings["detector"]),
-    "structure": lambda taken: Structure(taken.settings["structure_percent"] / 100, taken.settings["seed"]),
+    "structure": lambda taken: structure_of(
+        taken.settings["detector"],
+        taken.settings["structure_percent"] / 100,
+        taken.geometry.detector.pixel_mm,
+        taken.settings["seed"],
+    ),
     "electronic_noise": lambda taken: electronic_noise_of(
         taken.settings["detector"], taken.geometry.detector.pixel_mm
     ),

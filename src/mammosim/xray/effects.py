@@ -218,6 +218,12 @@ def blur_of(detector: str) -> Blur:
     return Blur(row["blur"], row["blur_per_mm"])
 
 
+def structure_of(detector: str, share: float, pixel_mm: float, seed: int) -> Structure:
+    """Gains that differ by `share` between a detector's own pixels, on pixels of pixel_mm that are several."""
+    # ASSUME: the gains of a detector's own pixels are independent.
+    return Structure(share * detector_row(detector)["own_pixel_mm"] / pixel_mm, seed)
+
+
 def electronic_noise_of(detector: str, pixel_mm: float) -> ElectronicNoise:
     """The electronic noise of a detector of the table `image_detectors`, on pixels of pixel_mm.
 

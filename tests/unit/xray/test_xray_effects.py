@@ -18,12 +18,13 @@ from mammosim.xray.effects import (
     blur_of,
     electronic_noise_of,
     grid_of,
+    structure_of,
 )
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.heel import heel
 from mammosim.xray.measured import Curve, edge_transfer, noise_power
 from mammosim.xray.projector import Primary
-from mammosim.xray.response import Response, response_of
+from mammosim.xray.response import Response, detector_row, response_of
 
 PIXEL = 0.1
 AIR = material("air")
@@ -72,6 +73,12 @@ def test_noise_power_is_that_of_quanta_through_the_blur_and_of_electronics(name)
     # rings are wide: T^2 varies within one by less than its errors of 2 percent
     assert chi2(power, N * 20**2 * A * T**2 + sigma**2 * A) < 1 + 5 * np.sqrt(2 / n)
     assert np.mean([s.image.var() for s in found]) == pytest.approx(np.mean(found[0].noise ** 2), rel=0.02)
+
+
+def test_gains_of_a_detectors_own_pixels_average_out_over_a_larger_pixel():
+    own = structure_of("selenium", 0.01, 0.085, seed=1)
+    assert own.share == pytest.approx(0.01 * detector_row("selenium")["own_pixel_mm"] / 0.085)
+    assert structure_of("selenium", 0.01, 0.85, seed=1).share == pytest.approx(own.share / 10)
 
 
 def test_structure_is_the_same_in_every_image_and_quanta_are_not():
