@@ -219,7 +219,7 @@ def blur_of(detector: str) -> Blur:
 
 
 def structure_of(detector: str, share: float, pixel_mm: float, seed: int) -> Structure:
-    """Gains that differ by `share` between a detector's own pixels, on pixels of pixel_mm that are several."""
+    """Gains that differ by `share` between a detector's own pixels, on pixels that are several of them."""
     # ASSUME: the gains of a detector's own pixels are independent.
     return Structure(share * detector_row(detector)["own_pixel_mm"] / pixel_mm, seed)
 
