@@ -27,31 +27,6 @@ wildcard_constraints:
     value="[A-Za-z0-9_.+-]+",
 
 
-def tried_inputs(wildcards):
-    """What the images of the volunteer were labelled from, and what they gave."""
-    position = STRESS_FREE["position"]
-    return breast_inputs(TRIED) | {
-        "image": f"results/images/{TRIED}/{position}.nii.gz",
-        "strokes": VOLUNTEERS[TRIED, position].strokes,
-        "reference": f"results/images/{TRIED}/{REFERENCE}.nii.gz",
-        "reference_fiducials": f"results/fiducials/{TRIED}/{REFERENCE}.csv",
-    }
-
-
-def tried(wildcards):
-    """The breast, and today's settings."""
-    return {
-        "seed": config["seed"],
-        "volunteer": TRIED,
-        "position": STRESS_FREE["position"],
-        "side": ACCURACY["side"],
-        "gravity": gravity(TRIED, STRESS_FREE["position"]),
-        "settings": TRIED_SETTINGS,
-        # ASSUME: accuracy is that of the full model without weight and friction between plates.
-        "effects": ["gland", "muscle", "skin", "polychromatic", "paddle", *XRAY["effects"]],
-    }
-
-
 rule accuracy_start:
     """The chain of one breast at today's settings, which every trial begins with."""
     input:
