@@ -327,28 +327,3 @@ def order_of(wildcards):
 def propagated(template):
     """A path for every volunteer with a held-out position."""
     return [template.format(v=v) for v in WOMEN if held_out(v)]
-
-
-def tried_inputs(wildcards):
-    """What the images of the volunteer were labelled from, and what they gave."""
-    position = STRESS_FREE["position"]
-    return breast_inputs(TRIED) | {
-        "image": f"results/images/{TRIED}/{position}.nii.gz",
-        "strokes": VOLUNTEERS[TRIED, position].strokes,
-        "reference": f"results/images/{TRIED}/{REFERENCE}.nii.gz",
-        "reference_fiducials": f"results/fiducials/{TRIED}/{REFERENCE}.csv",
-    }
-
-
-def tried(wildcards):
-    """The breast, and today's settings."""
-    return {
-        "seed": config["seed"],
-        "volunteer": TRIED,
-        "position": STRESS_FREE["position"],
-        "side": ACCURACY["side"],
-        "gravity": gravity(TRIED, STRESS_FREE["position"]),
-        "settings": TRIED_SETTINGS,
-        # ASSUME: accuracy is that of the full model without weight and friction between plates.
-        "effects": ["gland", "muscle", "skin", "polychromatic", "paddle", *XRAY["effects"]],
-    }
