@@ -91,7 +91,7 @@ def _legend() -> list[Line2D]:
     return [
         Line2D([], [], ls="", marker="o", color=BLUE, label="on the Pareto front"),
         Line2D([], [], ls="", marker="o", color=BLUE, mfc="white", label="not"),
-        Line2D([], [], ls="", marker="v", color=BLUE, label="no error by definition"),
+        Line2D([], [], ls="", marker="v", color=BLUE, label="none: reference, or in the noise"),
         Line2D([], [], ls="", marker="o", ms=10, mfc="none", mec=VERMILION, mew=1.6, label="today's setting"),
     ]
 

@@ -52,7 +52,8 @@ def _of(quantity: str, rows: pd.DataFrame) -> pd.DataFrame:
             "value": row.value,
             "error": row.error,
         }
-        step = best_step(rows[rows.knob == knob], row, E2)
+        # ASSUME: a coarser value that came nearer than today's did so by chance.
+        step = best_step(_finer(rows, str(knob)), row, E2)
         found.append(line | {"share_percent": share, "total_error": np.sqrt(E2)} | step)
     table = pd.DataFrame(found).sort_values(
         "share_percent", ascending=False, kind="stable", ignore_index=True
@@ -61,6 +62,12 @@ def _of(quantity: str, rows: pd.DataFrame) -> pd.DataFrame:
     table["limits"] = (table.index == 0) & (table.error > 0)
     table["next"] = (table.index == gain.idxmax()) & (gain > 0)
     return table[COLUMNS]
+
+
+def _finer(rows: pd.DataFrame, knob: str) -> pd.DataFrame:
+    """The values of a knob after today's, which stand from draft to reference."""
+    values = rows[rows.knob == knob]
+    return values[values.today.cumsum() > 0]
 
 
 def best_step(values: pd.DataFrame, today: pd.Series, E2: float) -> dict[str, Any]:

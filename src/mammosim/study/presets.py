@@ -99,9 +99,19 @@ def _options(measured: pd.DataFrame, wanted: list[str]) -> pd.DataFrame:
             factor = max((T - t_today + float(value.seconds.max())) / T, LEAST_FACTOR)
             line = {"knob": knob, "value": name, "settings": value.settings.iloc[0], "factor": factor}
             found.append(line | {f"error_{q}": errors.get(q, 0.0) for q in wanted})
+        if np.isfinite(of_knob["size"].iloc[0]):
+            _never_luckier(found[len(found) - usable.value.nunique() :], wanted)
         if usable.empty:
             raise ConfigurationError(f"every value of the knob {knob} was refused; measure it again")
     return pd.DataFrame(found)
+
+
+def _never_luckier(lines: list[dict[str, Any]], wanted: list[str]) -> None:
+    """Give each value of one knob, from draft to reference, at least the errors of the finer ones."""
+    # ASSUME: a coarser value that came nearer than a finer one did so by chance.
+    for coarser, finer in zip(lines[-2::-1], lines[:0:-1]):
+        for name in (f"error_{q}" for q in wanted):
+            coarser[name] = max(coarser[name], finer[name])
 
 
 def _seconds(measured: pd.DataFrame, wanted: list[str]) -> float:

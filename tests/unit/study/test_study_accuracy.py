@@ -124,6 +124,12 @@ def test_the_next_second_goes_where_the_error_falls_most_per_second():
     assert found.fall_per_second["photons"] == pytest.approx(4)
 
 
+def test_a_coarser_value_that_is_nearer_by_luck_is_no_step():
+    rows = _second_order(today=2)
+    rows.loc[rows.value == "v1", "answer_1"] = 5.1
+    assert budget(accuracy(rows)).step_to[0] == "v3"
+
+
 def test_a_reference_has_no_step_left():
     found = budget(accuracy(_second_order(today=3)))
     assert found.step_to.isna().all()

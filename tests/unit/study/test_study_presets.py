@@ -32,7 +32,7 @@ def _measured(knobs):
             }
             about["settings"] = json.dumps({setting: value})
             rows += [about | {"quantity": q, "error": e} for q, e in errors.items()]
-    return pd.DataFrame(rows).assign(outcome="ok")
+    return pd.DataFrame(rows).assign(outcome="ok", size=[3.0 - n for n in range(len(rows))])
 
 
 @pytest.fixture
@@ -66,6 +66,13 @@ def test_nothing_cheaper_meets_the_tolerances(knobs, wanted):
     assert set(choice.settings) == {f"mesh.setting_{n}" for n in range(4)}
 
 
+def test_a_coarser_value_that_is_nearer_by_luck_has_the_error_of_the_finer_one():
+    values = [(0.0, {"force_n": 0.2}, 1.0), (1.0, {"force_n": 3.0}, 5.0), (2.0, {"force_n": 1.0}, 9.0)]
+    choice = chosen(_measured({"voxels": ("xray.voxel_mm", values)}), {"force_n": 2.0})
+    assert choice.settings == {"xray.voxel_mm": 2.0}
+    assert choice.errors == {"force_n": 1.0}
+
+
 def test_of_two_values_as_fast_the_more_accurate_is_taken():
     values = [(0.0, {"force_n": 1.0}, 10.0), (1.0, {"force_n": 0.1}, 10.0 + 1e-5)]
     assert (
@@ -91,8 +98,9 @@ def test_tolerances_that_exclude_each_other_are_refused():
         (0.0, {"force_n": 1.0, "agd_percent": 9.0}, 1.0),
         (1.0, {"force_n": 9.0, "agd_percent": 1.0}, 2.0),
     ]
+    methods = _measured({"method": ("mechanics.method", values)}).assign(size=np.nan)  # neither is the finer
     with pytest.raises(ConfigurationError, match=r"no settings meet .* together"):
-        chosen(_measured({"voxels": ("xray.voxel_mm", values)}), {"force_n": 2.0, "agd_percent": 2.0})
+        chosen(methods, {"force_n": 2.0, "agd_percent": 2.0})
 
 
 def test_unknown_quantities_and_impossible_tolerances_are_refused_by_name(knobs):
