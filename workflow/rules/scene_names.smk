@@ -2,6 +2,7 @@
 import hashlib
 import json
 
+from mammosim.io.tables import read_commented
 from mammosim.study.presets import chosen
 
 MADE_FOR = {}  # the name of a part that is kept -> a scene, and the effects, that it belongs to
@@ -70,7 +71,7 @@ def nested(settings):
 @cache
 def picked(accuracy):
     """The cheapest settings that meet errors (JSON, quantity -> error) by the measured curves; says which."""
-    choice = chosen(pd.read_csv(home("config/accuracy/measured.csv"), comment="#"), json.loads(accuracy))
+    choice = chosen(read_commented(home("config/accuracy/measured.csv")), json.loads(accuracy))
     if workflow.is_main_process:
         settings = ", ".join(f"{name} {value}" for name, value in choice.settings.items())
         errors = ", ".join(f"{name} {error:.2g}" for name, error in choice.errors.items())
