@@ -9,7 +9,7 @@ from mammosim.study.products_mechanics import PRODUCTS as MECHANICS
 from mammosim.study.products_xray import PRODUCTS as XRAY
 from mammosim.study.softening import fitted_tissues, rows
 
-# ASSUME: what a month changes is small beside what friction, weight and fascia do to all of it alike.
+# ASSUME: friction, weight and fascia, left out here, hardly change what other moduli change.
 EFFECTS = frozenset({"gland", "muscle", "skin", "polychromatic", "paddle"})
 
 
