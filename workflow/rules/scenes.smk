@@ -12,7 +12,7 @@ SCENES = {name: known_scene(name, values) for name, values in SCENE_VALUES.items
 FAMILY = {name: family_of(values) for name, values in SCENE_VALUES.items()}
 # What one job makes and keeps.
 PARTS = {"body": ["mesh", "stress_free"], **{name: [name] for name in STORED if name not in ("mesh", "stress_free")}}
-PAGES["scenes"] = {"tables": ["scenes", "effects"], "figures": ["effects", "scenes"]}
+PAGES["scenes"] = {"tables": ["scenes", "effects", "interactions"], "figures": ["effects", "scenes"]}
 
 
 wildcard_constraints:
@@ -22,12 +22,13 @@ wildcard_constraints:
 
 
 checkpoint screen:
-    """Which effects each scene of a family calls for: what leaving them out does, on the coarse model."""
+    """Which effects each scene of a family calls for: what leaving them out or adding them does, on the coarse model."""
     input:
         unpack(lambda wildcards: breast_inputs(volunteer_of_family(wildcards.family))),
         library=library("screen.py"),
     output:
         effects="results/scenes/screening/{family}.csv",
+        joint="results/scenes/screening/{family}_joint.csv",
         seconds="results/scenes/screening/{family}.json",
     params:
         scenes=lambda wildcards: {s: SCENE_VALUES[s] for s in scenes_of_family(wildcards.family)},
@@ -108,11 +109,13 @@ rule scenes_table:
     input:
         answers=expand("results/scenes/answers/{scene}_{model}.json", scene=SCENES, model=["screened", "full"]),
         effects=expand("results/scenes/screening/{family}.csv", family=families_to_screen()),
+        joint=expand("results/scenes/screening/{family}_joint.csv", family=families_to_screen()),
         seconds=expand("results/scenes/screening/{family}.json", family=families_to_screen()),
         library=library("scenes_table.py"),
     output:
         scenes="results/study/scenes.csv",
         effects="results/study/effects.csv",
+        interactions="results/study/interactions.csv",
         numbers="results/study/scenes.json",
     params:
         scenes=SCENE_VALUES,

@@ -8,7 +8,7 @@ import pandas as pd
 
 from mammosim.io.tables import read_json, read_table, write_json, write_table
 from mammosim.study.scenes_summary import numbers, outside, rows
-from mammosim.study.screening import COLUMNS
+from mammosim.study.screening import COLUMNS, JOINT
 
 
 def main(files: dict, scenes: dict, out: dict) -> None:
@@ -20,14 +20,20 @@ def main(files: dict, scenes: dict, out: dict) -> None:
         for row in rows(name, values["asked"], *map(read_json, pair), took.get(name, 0.0))
     ]
     table = pd.DataFrame(found)
-    tables = [pd.DataFrame(columns=COLUMNS), *map(read_table, files["effects"])]
-    effects = pd.concat([each for each in tables if len(each)] or tables[:1], ignore_index=True)
+    effects, joint = together(files["effects"], COLUMNS), together(files["joint"], JOINT)
     write_table(table, out["scenes"])
     write_table(effects, out["effects"])
+    write_table(joint, out["interactions"])
     write_json(numbers(table, effects), out["numbers"])
     for line in outside(table):
         logging.getLogger("mammosim").error(line)
         sys.stderr.write(f"{line}\n")
+
+
+def together(paths: list[str], columns: list[str]) -> pd.DataFrame:
+    """Tables below each other; only the columns where all are empty."""
+    tables = [pd.DataFrame(columns=columns), *map(read_table, paths)]
+    return pd.concat([each for each in tables if len(each)] or tables[:1], ignore_index=True)
 
 
 if __name__ == "__main__":

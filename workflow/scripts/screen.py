@@ -13,7 +13,7 @@ from mammosim.study.scenes import PRODUCTS, Scene
 from mammosim.study.screening import Rule, Screening
 
 
-def main(files: dict, settings: dict, effects: str, seconds: str) -> None:
+def main(files: dict, settings: dict, out: dict) -> None:
     values = settings["scenes"]
     first = next(iter(values.values()))
     names = (settings["seed"], first["volunteer"], first["side"], "scenes")
@@ -22,16 +22,17 @@ def main(files: dict, settings: dict, effects: str, seconds: str) -> None:
     tables, took = [], {}
     for scene in (Scene.of(name, given) for name, given in values.items()):
         began = time.process_time()
-        evaluated = answers(chain, scene.full, scene.asked)
+        evaluated = answers(chain, scene.asked)
         rule = Rule(**settings["rule"])
         screening = Screening(scene.name, scene.full, scene.needed, scene.asked, evaluated, rule)
-        tables.append(screening.table())
+        tables.append(screening.tables())
         took[scene.name] = time.process_time() - began
-    write_table(pd.concat(tables, ignore_index=True), effects)
-    write_json(took, seconds)
+    effects, joint = map(pd.concat, zip(*tables, strict=True))
+    write_table(effects, out["effects"])
+    write_table(joint, out["joint"])
+    write_json(took, out["seconds"])
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    out = snakemake.output
-    main(dict(snakemake.input.items()), dict(snakemake.params.items()), out.effects, out.seconds)
+    main(dict(snakemake.input.items()), dict(snakemake.params.items()), dict(snakemake.output.items()))

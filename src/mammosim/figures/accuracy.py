@@ -22,8 +22,8 @@ SMALL_SHARE = 8.0  # percent; parts below bear no name
 def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
     """One picture per knob, both axes logarithmic: error in a quantity against processor time.
 
-    table: study.accuracy.accuracy. Filled: on the Pareto front of the knob; ring: today's setting; triangle:
-    an error of zero, as a reference has by definition, below all others.
+    table: study.accuracy.accuracy. Filled: on the Pareto front of the knob; ring: today's setting; dotted:
+    what the reference leaves; triangle: an error of zero, below all others.
     """
     rows = table[(table["quantity"] == quantity) & table.error.notna()]
     knobs = list(dict.fromkeys(rows.knob))
@@ -39,7 +39,7 @@ def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
     figure.supylabel(
         f"error of {quantity.rpartition('_')[0].replace('_', ' ')} ({unit_of(quantity)})", fontsize=9
     )
-    figure.legend(handles=_legend(), ncols=4, loc="outside upper center")
+    figure.legend(handles=_legend(), ncols=5, loc="outside upper center")
     return figure
 
 
@@ -69,6 +69,8 @@ def _curve(ax: Axes, rows: pd.DataFrame) -> None:
         ax.plot(x, y, "v" if row.error <= 0 else "o", color=BLUE, mfc=fill, zorder=3)
         if row.today:
             ax.plot(x, y, "o", ms=11, mfc="none", mec=VERMILION, mew=1.6, zorder=4)
+    if rows.left.max() > 0:
+        ax.axhline(rows.left.max(), color=INK, lw=0.8, ls=":", zorder=1)
     ax.set(xscale="log", yscale="log")
     ax.margins(0.16)
     middle = float(np.exp(np.log(seconds).mean()))
@@ -91,7 +93,8 @@ def _legend() -> list[Line2D]:
     return [
         Line2D([], [], ls="", marker="o", color=BLUE, label="on the Pareto front"),
         Line2D([], [], ls="", marker="o", color=BLUE, mfc="white", label="not"),
-        Line2D([], [], ls="", marker="v", color=BLUE, label="none: reference, or in the noise"),
+        Line2D([], [], ls="", marker="v", color=BLUE, label="none that is known"),
+        Line2D([], [], color=INK, lw=0.8, ls=":", label="left by the reference"),
         Line2D([], [], ls="", marker="o", ms=10, mfc="none", mec=VERMILION, mew=1.6, label="today's setting"),
     ]
 

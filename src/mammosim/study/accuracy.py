@@ -1,11 +1,13 @@
-"""What accuracy costs: error against the reference and processor time of every value of every knob.
+"""What accuracy costs: error and processor time of every value of every knob.
 
-With v and r the answers of a value and of the reference in n and m repeats:
+With v and r the answers of a value and of the reference, its finest one, in n and m repeats:
 
-    noise^2 = var v / n + var r / m,  or var(v - r) / n of repeats with the same random streams
-    bias^2  = max(|mean v - mean r|^2 - noise^2, 0)
-    error   = bias of a deterministic knob,  (var v + bias^2)^(1/2) of a random one
+    noise^2  = var v / n + var r / m,  or var(v - r) / n of repeats with the same random streams
+    distance = max(|mean v - mean r|^2 - noise^2, 0)^(1/2)
+    error    = distance + left of a deterministic knob,  (var v + distance^2)^(1/2) of a random one
     error ~ size^p,  seconds ~ size^-q
+
+left is what the reference itself leaves, extrapolated to size zero (study.convergence).
 """
 
 from collections.abc import Sequence
@@ -14,21 +16,23 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.convergence import left, order
 from mammosim.study.quantities import quantities
 from mammosim.study.trial import ANSWERS, OK
 
 KEY = ["stage", "knob", "value", "quantity"]
-COLUMNS = [*KEY, "error", "seconds", "memory_mb", "noise", "seconds_spread", "repeats", "size", "random",
-           "today", "reference", "outcome", "settings"]  # fmt: skip
-ABOVE_NOISE = 2.0  # errors that many times the noise are fitted
+COLUMNS = [*KEY, "error", "seconds", "memory_mb", "distance", "left", "noise", "seconds_spread", "repeats",
+           "size", "random", "today", "reference", "outcome", "settings"]  # fmt: skip
+ABOVE_NOISE = 2.0  # distances that many times the noise are fitted
 ORDERS = ["stage", "knob", "quantity", "order", "order_se", "exponent", "exponent_se", "points"]
 
 
 def accuracy(rows: pd.DataFrame) -> pd.DataFrame:
     """COLUMNS of the rows of study.trial.Trial, a line per knob, value and quantity, in their order.
 
-    error and noise in the unit of the quantity's name; NaN where the value or the reference was refused, or
-    there is no other value. seconds: median of the repeats; seconds_spread: half their range.
+    error, distance, left and noise in the unit of the quantity's name; NaN where the value or the reference
+    was refused, or there is no other value. left: 0 where chance or no size tells the values of a knob apart.
+    seconds: median of the repeats; seconds_spread: half their range.
     Raises ConfigurationError for a knob without reference.
     """
     rows = rows.assign(value=[v if isinstance(v, str) else f"{v:g}" for v in rows.value])
@@ -40,18 +44,21 @@ def accuracy(rows: pd.DataFrame) -> pd.DataFrame:
             raise ConfigurationError(
                 f"the knob {knob} lacks the row of its reference for {quantity}; make it"
             )
-        for _, of_value in of_knob.groupby("value", sort=False):
-            found.append(_line(of_value, reference))
-    return pd.DataFrame(found, columns=COLUMNS)
+        lines = pd.DataFrame(
+            [_line(of_value, reference) for _, of_value in of_knob.groupby("value", sort=False)]
+        )
+        found.append(_with_left(lines))
+    return pd.concat(found, ignore_index=True)[COLUMNS]
 
 
 def _line(rows: pd.DataFrame, reference: pd.DataFrame) -> dict:
     """One line of `accuracy`."""
     first = rows.iloc[0]
     refused = rows[rows.outcome != OK]
-    error, noise = _error(rows, reference, random=bool(first.random))
+    distance, scatter, noise = _distance(rows, reference, random=bool(first.random))
     return {name: first[name] for name in (*KEY, "size", "random", "today", "reference", "settings")} | {
-        "error": error if refused.empty else np.nan,
+        "error": np.hypot(distance, scatter) if refused.empty else np.nan,
+        "distance": distance if refused.empty else np.nan,
         "noise": noise if refused.empty else np.nan,
         "seconds": float(rows.seconds.median()),
         "seconds_spread": float(rows.seconds.max() - rows.seconds.min()) / 2,
@@ -61,17 +68,34 @@ def _line(rows: pd.DataFrame, reference: pd.DataFrame) -> dict:
     }
 
 
-def _error(rows: pd.DataFrame, reference: pd.DataFrame, *, random: bool) -> tuple[float, float]:
-    """Error and noise, see above."""
+def _distance(rows: pd.DataFrame, reference: pd.DataFrame, *, random: bool) -> tuple[float, float, float]:
+    """distance, (var v)^(1/2) of a random knob, and noise, see above."""
     if reference.empty or (reference.outcome != OK).any():
-        return np.nan, np.nan
+        return np.nan, np.nan, np.nan
     v, r = _answers(rows), _answers(reference)
     scale = _unit(str(rows["quantity"].iloc[0]), r.mean(axis=0))
     paired = not random and len(v) == len(r)
     noise2 = _variance(v - r) / len(v) if paired else _variance(v) / len(v) + _variance(r) / len(r)
-    bias2 = max(float(np.sum((v.mean(axis=0) - r.mean(axis=0)) ** 2)) - noise2, 0.0)
-    error2 = _variance(v) + bias2 if random else bias2
-    return float(scale * np.sqrt(error2)), float(scale * np.sqrt(noise2))
+    distance2 = max(float(np.sum((v.mean(axis=0) - r.mean(axis=0)) ** 2)) - noise2, 0.0)
+    scatter2 = _variance(v) if random else 0.0
+    distance, scatter, noise = scale * np.sqrt([distance2, scatter2, noise2])
+    return float(distance), float(scatter), float(noise)
+
+
+def _with_left(lines: pd.DataFrame) -> pd.DataFrame:
+    """The lines of one knob and quantity with what the reference leaves added to the error of each."""
+    lines["left"] = 0.0
+    if lines.random.any() or lines["size"].isna().any() or not lines.reference.any():
+        return lines
+    r = float(lines["size"][lines.reference].iloc[0])
+    others = lines[(lines["size"] > r) & lines.distance.notna()]
+    if others.empty:
+        return lines
+    nearest = others.loc[others["size"].idxmin()]
+    # ASSUME: two values that noise cannot tell apart may differ by the noise.
+    d = max(nearest.distance, nearest.noise)
+    lines["left"] = left(nearest["size"], d, r, _order(lines)[0])
+    return lines.assign(error=lines.error + lines.left)
 
 
 def _answers(rows: pd.DataFrame) -> np.ndarray:
@@ -94,19 +118,30 @@ def _unit(quantity: str, reference: np.ndarray) -> float:
 def orders(table: pd.DataFrame) -> pd.DataFrame:
     """ORDERS of `accuracy`: p of error ~ size^p and q of seconds ~ size^-q with standard errors.
 
-    Fitted to logarithms: p over values above the noise, the reference left out where its error is zero by
-    definition; q over all that were not refused. NaN for fewer than two points; without an error for two.
+    p over values whose distance from the reference stands above the noise, q over all that were not refused.
+    NaN for fewer than two points; without an error for two.
     """
     found = []
     for (stage, knob, quantity), rows in table.groupby(["stage", "knob", "quantity"], sort=False):
         rows = rows[np.isfinite(rows["size"].astype(float)) & (rows.outcome == OK)]
         if len(rows) < 2:
             continue
-        fitted = rows[(rows.error > ABOVE_NOISE * rows.noise) | (rows.random & (rows.error > 0))]
-        p, p_se = slope(fitted["size"], fitted.error)
+        p, p_se, points = _order(rows)
         q, q_se = slope(rows["size"], rows.seconds)
-        found.append((stage, knob, quantity, p, p_se, -q, q_se, len(fitted)))
+        found.append((stage, knob, quantity, p, p_se, -q, q_se, points))
     return pd.DataFrame(found, columns=ORDERS)
+
+
+def _order(rows: pd.DataFrame) -> tuple[float, float, int]:
+    """p, its standard error, and how many of the values of one knob and quantity are fitted."""
+    if rows.random.any():
+        fitted = rows[rows.error > 0]
+        return (*slope(fitted["size"], fitted.error), len(fitted))
+    fitted = rows[~rows.reference & (rows.distance > ABOVE_NOISE * rows.noise)]
+    r = rows["size"][rows.reference]
+    if r.empty:
+        return float("nan"), float("nan"), 0
+    return (*order(fitted["size"], fitted.distance, float(r.iloc[0])), len(fitted))
 
 
 def slope(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:

@@ -31,16 +31,16 @@ def changes(found: Mapping[str, Any], reference: Mapping[str, Any]) -> dict[str,
     }
 
 
-def answers(chain: Chain, full: frozenset[str], asked: Collection[str]) -> Answers:
-    """Of a set of effects on one breast, against those of the full set; refusals are answers, too."""
+def answers(chain: Chain, asked: Collection[str]) -> Answers:
+    """Of a set of effects on one breast, against those of another set; refusals are answers, too."""
 
-    def answer(effects: frozenset[str]) -> Answer:
+    def answer(effects: frozenset[str], reference: frozenset[str]) -> Answer:
         other = chain.with_effects(effects)
         try:
-            found, whole = values(other, asked), values(chain.with_effects(full), asked)
+            found, compared = values(other, asked), values(chain.with_effects(reference), asked)
         except MammosimError as refusal:
             return Answer({}, seconds(other, asked), refusal=str(refusal))
-        return Answer(changes(found, whole), seconds(other, asked), _noise(other, asked))
+        return Answer(changes(found, compared), seconds(other, asked), _noise(other, asked))
 
     return answer
 

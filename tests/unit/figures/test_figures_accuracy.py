@@ -19,10 +19,13 @@ def table():
     ):
         for place, h in enumerate((8.0, 4.0, 2.0, 1.0)):
             for quantity, scale in (("nipple_mm", 0.1), ("agd_percent", 1.0)):
-                error = scale * (h**2 - 1) * 3.0**-number
+                distance, left = scale * (h**2 - 1) * 3.0**-number, scale * (number % 2) * 3.0**-number
+                error = distance + left
                 about = {"stage": "mesh", "knob": knob, "value": f"{h:g}", "quantity": quantity, "size": h}
                 about |= {
                     "error": error,
+                    "distance": distance,
+                    "left": left,
                     "noise": 0.02 * error,
                     "seconds": 40 / h**2,
                     "seconds_spread": 1 / h**2,
@@ -40,7 +43,7 @@ def test_every_knob_is_a_picture_with_todays_setting_marked(table):
         rings = [line for line in ax.lines if line.get_markeredgecolor() == VERMILION]
         assert len(rings) == 1
         heights = np.concatenate([line.get_ydata() for line in ax.lines])
-        assert np.all(heights > 0), "the reference is drawn, though its error is zero"
+        assert np.all(heights > 0), "a reference is drawn, also where its error is zero"
 
 
 def test_a_knob_of_which_nothing_can_be_said_is_left_out(table):

@@ -9,6 +9,7 @@ from mammosim.study.accuracy import accuracy, on_front, orders, slope
 from mammosim.study.error_budget import budget
 
 SIZES = (8.0, 4.0, 2.0, 1.0)
+NAMELESS = (np.nan, np.nan)  # of a knob whose reference is exact by definition
 
 
 def _rows(knob, quantity, answers, *, seconds, random=False, sizes=None, today=1):
@@ -34,20 +35,48 @@ def _rows(knob, quantity, answers, *, seconds, random=False, sizes=None, today=1
 
 
 def _second_order(today=1):
-    """error = size^2 N against a reference of 5 N at size 0.01, seconds = 16 size^-3."""
+    """error = size^2 N of 5 N, the reference at size 0.01, seconds = 16 size^-3."""
     sizes = (8.0, 4.0, 2.0, 0.01)
-    answers = [[5 + h**2] * 2 for h in sizes[:-1]] + [[5.0, 5.0]]
+    answers = [[5 + h**2] * 2 for h in sizes]
     seconds = [16 * h**-3 for h in sizes]
     return _rows("element", "force_n", answers, seconds=seconds, sizes=sizes, today=today)
 
 
 def test_an_error_is_the_distance_from_the_reference_in_the_unit_of_the_name():
     table = accuracy(_second_order())
-    np.testing.assert_allclose(table.error, [64, 16, 4, 0])
+    np.testing.assert_allclose(table.distance, [64, 16, 4, 0], atol=2e-4)
     relative = _rows("voxels", "agd_percent", [[1.1], [1.0]], seconds=[1, 2])
-    np.testing.assert_allclose(accuracy(relative).error, [10, 0])
+    np.testing.assert_allclose(accuracy(relative).distance, [10, 0])
     place = _rows("pyramid", "nipple_mm", [[np.array([3.0, 4.0, 0.0])], [np.zeros(3)]], seconds=[1, 2])
-    np.testing.assert_allclose(accuracy(place).error, [5, 0])
+    np.testing.assert_allclose(accuracy(place).distance, [5, 0])
+
+
+def test_what_the_reference_leaves_is_extrapolated_to_size_zero_and_added():
+    sizes = (8.0, 4.0, 2.0, 1.0)
+    for p, c in ((1, 0.3), (2, -0.3)):
+        answers = [[5 + c * h**p] for h in sizes]
+        table = accuracy(_rows("element", "force_n", answers, seconds=[1, 2, 4, 8], sizes=sizes))
+        np.testing.assert_allclose(table.error, [abs(c) * h**p for h in sizes])
+        np.testing.assert_allclose(table.left, abs(c))
+
+
+def test_an_order_that_was_not_observed_is_taken_as_the_first_and_one_beyond_the_second_as_the_second():
+    steps_grow = _rows("element", "force_n", [[8.0], [7.8], [7.0], [5.0]], seconds=[1, 2, 4, 8])
+    table = accuracy(steps_grow)
+    assert orders(table).order[0] < 0
+    np.testing.assert_allclose(table.left, 2.0 / (2 - 1))
+    fifth = accuracy(_rows("element", "force_n", [[5 + h**5] for h in SIZES], seconds=[1, 2, 4, 8]))
+    assert orders(fifth).order[0] == pytest.approx(5)
+    np.testing.assert_allclose(fifth.left, (2.0**5 - 1) / (2**2 - 1))
+    two = accuracy(_rows("rays", "force_n", [[5.5], [5.0]], seconds=[1, 2], sizes=(2, 1)))
+    np.testing.assert_allclose(two.left, 0.5)
+
+
+def test_chance_and_a_knob_without_sizes_leave_nothing_to_extrapolate():
+    nameless = _rows("method", "force_n", [[5.5], [5.0]], seconds=[1, 2], sizes=NAMELESS)
+    assert (accuracy(nameless).left == 0).all()
+    random = _rows("photons", "force_n", [[5.5, 5.4], [5.0, 5.1]], seconds=[1, 2], random=True)
+    assert (accuracy(random).left == 0).all()
 
 
 def test_the_error_of_a_random_knob_is_its_scatter_and_the_bias_that_stands_above_the_noise():
@@ -64,7 +93,7 @@ def test_order_and_exponent_are_those_the_table_was_made_with():
     assert row.order == pytest.approx(2)
     assert row.order_se == pytest.approx(0, abs=1e-9)
     assert row.exponent == pytest.approx(3)
-    assert row.points == 3, "the reference has no error by definition"
+    assert row.points == 3, "the distance of the reference is zero by definition"
 
 
 def test_errors_in_the_noise_are_not_fitted():
@@ -104,7 +133,7 @@ def test_the_front_is_what_nothing_beats():
 
 
 def test_shares_are_those_of_the_squares_and_the_largest_limits():
-    other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=(2, 1), today=0)
+    other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=NAMELESS, today=0)
     found = budget(accuracy(pd.concat([_second_order(), other])))
     assert list(found.knob) == ["element", "photons"]
     np.testing.assert_allclose(found.share_percent, [64, 36])
@@ -115,7 +144,7 @@ def test_shares_are_those_of_the_squares_and_the_largest_limits():
 def test_the_next_second_goes_where_the_error_falls_most_per_second():
     # element: 4 -> 2 mm takes 16/8 - 16/64 = 1.75 s more and leaves sqrt(12^2 + 4^2);
     # photons: 12 -> 0 takes 1 s more and leaves 16, 4 N per s.
-    other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=(2, 1), today=0)
+    other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=NAMELESS, today=0)
     found = budget(accuracy(pd.concat([_second_order(), other]))).set_index("knob")
     assert found.step_to["element"] == "v2"
     assert found.error_after["element"] == pytest.approx(np.hypot(12, 4))
@@ -133,7 +162,8 @@ def test_a_coarser_value_that_is_nearer_by_luck_is_no_step():
 def test_a_reference_has_no_step_left():
     found = budget(accuracy(_second_order(today=3)))
     assert found.step_to.isna().all()
-    assert not found[["next", "limits"]].to_numpy().any()
+    assert not found["next"].any()
+    assert found.limits.all(), "what it leaves"
 
 
 def test_a_budget_without_todays_value_is_refused():

@@ -9,9 +9,9 @@ from mammosim.study.screening import COLUMNS, Answer, Rule, Screening
 SIZES = {"large": 3.0, "middle": 0.2, "small": 0.05, "tiny": 0.01}
 
 
-def additive(effects):
-    """Each effect that is absent moves the answer by its size; each that is there takes a second."""
-    return Answer({"q": sum(size for e, size in SIZES.items() if e not in effects)}, seconds=len(effects))
+def additive(effects, reference):
+    """Each effect that only one of both has moves the answer by its size, and takes a second."""
+    return Answer({"q": sum(SIZES[e] for e in effects ^ reference)}, seconds=len(effects))
 
 
 def screening(answers, *, tolerance=1.0, needed=(), full=SIZES, **rule):
@@ -19,7 +19,7 @@ def screening(answers, *, tolerance=1.0, needed=(), full=SIZES, **rule):
 
 
 def kept(answers, **settings):
-    table = screening(answers, **settings).table()
+    table, _ = screening(answers, **settings).tables()
     return set(table.effect[table.included])
 
 
@@ -35,21 +35,45 @@ def test_all_that_goes_at_once_stays_within_the_joint_part_and_the_most_importan
 
 
 def test_two_that_matter_only_together_are_found_and_the_more_important_one_is_kept():
-    def together(effects):
+    def together(effects, reference):
         more = 1.0 if not {"middle", "small"} & effects else 0.0
-        return Answer({"q": additive(effects).changes["q"] + more}, seconds=1)
+        return Answer({"q": additive(effects, reference).changes["q"] + more}, seconds=1)
 
-    table = screening(together, part=0.25, joint_part=5.0).table().set_index("effect")
+    table, joint = screening(together, part=0.25, joint_part=5.0).tables()
+    table = table.set_index("effect")
     assert set(table.index[table.included]) == {"large", "middle"}
     assert "alone it may go, but without it and small" in table.reason["middle"]
+    assert joint.change[joint.effects == "middle, small"].iloc[0] == pytest.approx(1.25)
     assert "middle" not in kept(together, part=0.25, joint_part=5.0, pairs=0)
 
 
-def test_without_an_answer_an_effect_is_kept_for_that_reason():
-    def slides(effects):
-        return additive(effects) if "tiny" in effects else Answer({}, 1.0, refusal="it slides away")
+def test_what_matters_to_the_model_that_is_left_comes_back():
+    def only_without_the_others(effects, reference):
+        """Small acts where neither middle nor tiny do: it is harmless in the full model."""
+        acts = ["small" in each and not {"middle", "tiny"} & each for each in (effects, reference)]
+        return Answer({"q": additive(effects, reference).changes["q"] + (acts[0] != acts[1])}, seconds=1)
 
-    table = screening(slides).table().set_index("effect")
+    table, joint = screening(only_without_the_others, pairs=0).tables()
+    row = table.set_index("effect").loc["small"]
+    assert row.included
+    assert row.reason.startswith("it may go, but with it what is left q moves by 1.1")
+    assert row.change_added == pytest.approx(1.05)
+    assert set(joint.tried) == {"together", "added"}
+
+
+def test_added_to_what_is_left_an_effect_of_an_additive_model_does_what_leaving_it_out_does():
+    table = screening(additive).tables()[0].set_index("effect")
+    assert table.change_added["small"] == table.change["small"]
+    assert np.isnan(table.change_added["large"])
+
+
+def test_without_an_answer_an_effect_is_kept_for_that_reason():
+    def slides(effects, reference):
+        if "tiny" not in effects:
+            return Answer({}, 1.0, refusal="it slides away")
+        return additive(effects, reference)
+
+    table = screening(slides).tables()[0].set_index("effect")
     assert table.included["tiny"]
     assert table.reason["tiny"] == "without it there is no answer: it slides away"
     assert np.isnan(table.change["tiny"])
@@ -58,9 +82,9 @@ def test_without_an_answer_an_effect_is_kept_for_that_reason():
 def test_what_is_needed_is_kept_untried():
     tried = []
 
-    def recorded(effects):
+    def recorded(effects, reference):
         tried.append(effects)
-        return additive(effects)
+        return additive(effects, reference)
 
     assert kept(recorded, needed={"tiny"}) == {"large", "tiny"}
     assert all("tiny" in effects for effects in tried)
@@ -70,30 +94,31 @@ def test_a_full_model_without_an_answer_is_said():
     with pytest.raises(
         MechanicsError, match=r"scene scene: the full model is refused .*: it slides away; screen on"
     ):
-        screening(lambda effects: Answer({}, 1.0, refusal="it slides away")).table()
+        screening(lambda *_: Answer({}, 1.0, refusal="it slides away")).tables()
 
 
 def test_rows_hold_change_tolerance_and_the_seconds_that_leaving_it_out_saves():
-    table = screening(additive).table()
+    table, _ = screening(additive).tables()
     assert list(table.columns) == COLUMNS
     row = table.set_index("effect").loc["middle"]
     assert (row.change, row.tolerance, row.seconds) == (0.2, 1.0, 1.0)
 
 
 def test_a_change_within_its_noise_is_told():
-    def noisy(effects):
-        return Answer(additive(effects).changes, 1.0, {"q": 0.15})
+    def noisy(effects, reference):
+        return Answer(additive(effects, reference).changes, 1.0, {"q": 0.15})
 
-    reasons = screening(noisy).table().set_index("effect").reason
+    reasons = screening(noisy).tables()[0].set_index("effect").reason
     assert "not told from noise" in reasons["middle"]
     assert "not told from noise" not in reasons["large"]
 
 
 def test_the_worst_of_several_answers_decides():
-    def two(effects):
-        return Answer({"q": additive(effects).changes["q"], "r": 0.0 if "tiny" in effects else 9.0}, 1.0)
+    def two(effects, reference):
+        changed = 9.0 if "tiny" in effects ^ reference else 0.0
+        return Answer({"q": additive(effects, reference).changes["q"], "r": changed}, 1.0)
 
     both = Screening("s", frozenset(SIZES), frozenset(), {"q": 1.0, "r": 1.0}, two, Rule())
-    table = both.table()
+    table, _ = both.tables()
     assert set(table.effect[table.included]) == {"large", "tiny"}
     assert len(table) == 2 * len(SIZES)
