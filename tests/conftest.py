@@ -8,6 +8,20 @@ import pytest
 REPOSITORY = Path(__file__).parents[1]
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of several processes one runs the whole workflow, which takes longest and begins; else one a file."""
+    if not hasattr(config, "workerinput"):
+        return
+    for item in items:
+        name = "workflow" if _of_workflow(item) else item.path.stem
+        item.add_marker(pytest.mark.xdist_group(name))
+    items.sort(key=_of_workflow, reverse=True)
+
+
+def _of_workflow(item: pytest.Item) -> bool:
+    return item.get_closest_marker("workflow") is not None
+
+
 @pytest.fixture(scope="session")
 def repository() -> Path:
     """The root of the repository."""
