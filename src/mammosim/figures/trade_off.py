@@ -16,11 +16,7 @@ PANELS = (
     ("scatter_to_primary", (), "scatter to primary"),
     ("cnr_quantum", (), "mass: contrast over\nnoise of a pixel"),
     ("calcification_cnr", (), "calcifications: contrast\nover noise of a pixel"),
-    (
-        "calcification_d",
-        ("calcification_d_low", "calcification_d_high"),
-        "calcifications: d' of\nan observer",
-    ),
+    ("calcification_d_expected", (), "calcifications: d' of\nan observer"),
 )
 
 

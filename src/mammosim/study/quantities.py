@@ -82,6 +82,13 @@ QUANTITIES: Mapping[str, Quantity] = {
     "d_percent": Quantity(
         "d' of the calcifications",
         ("image",),
+        _seen("calcification_d_expected"),
+        relative=True,
+        means_with=NOISE,
+    ),
+    "d_told_percent": Quantity(
+        "d' of the calcifications as a number of images tells it",
+        ("image",),
         _seen("calcification_d"),
         relative=True,
         noise=_d_noise,

@@ -8,7 +8,8 @@ from mammosim.study.strategies import STANDARD
 KEY = ["volunteer", "side", "strategy", "moduli"]
 PRESSED = ["thickness_mm", "force_n", "mean_pressure_kpa", "logarithmic_p95"]
 SEEN = ["mas", "dose_mgy", "dose_se_mgy", "scatter_to_primary", "cnr", "cnr_se", "cnr_quantum",
-        "calcification_cnr", "calcification_d", "calcification_d_low", "calcification_d_high"]  # fmt: skip
+        "calcification_cnr", "calcification_d_expected", "calcification_d", "calcification_d_low",
+        "calcification_d_high"]  # fmt: skip
 
 
 def trade_off(compression: pd.DataFrame, image: pd.DataFrame) -> pd.DataFrame:

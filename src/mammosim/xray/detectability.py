@@ -55,6 +55,12 @@ def detectability(
     return Detectability(float(np.sqrt(unbiased)), low, high)
 
 
+def expected_d(present: tuple[float, float], absent: tuple[float, float]) -> float:
+    """d' of one channel from its mean and variance with and without the signal, d'^2 = dv^2 / (S1 + S0) 2."""
+    (v1, S1), (v0, S0) = present, absent
+    return float(abs(v1 - v0) / np.sqrt((S1 + S0) / 2))
+
+
 def _where(F: float, p: int, nu: int, per_d2: float, share: float) -> float:
     """The d' at which a share of all F lies below the one seen; zero when it is less for every d'."""
 

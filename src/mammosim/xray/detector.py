@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.effects import Effect, Energy, QuantumNoise, Shot, after
+from mammosim.xray.effects import Effect, Energy, QuantumNoise, Shot, after, weighted_sum
 from mammosim.xray.geometry import Detector
 from mammosim.xray.projector import Primary
 from mammosim.xray.response import Response
@@ -66,6 +66,32 @@ def expose(
 
     Raises XrayError when mas is not positive, or primary and scatter have different pixels.
     """
+    shot = after(effects, _shot(primary, scatter, mas=mas, pixel_mm=pixel_mm, rng=rng))
+    return Exposure(shot.image, shot.mean, np.sqrt(shot.variance), mas)
+
+
+def template_sum(
+    template: np.ndarray,
+    primary: Primary,
+    scatter: Scatter | None,
+    *,
+    mas: float,
+    pixel_mm: float,
+    effects: tuple[Effect, ...] = (QuantumNoise(),),
+) -> tuple[float, float]:
+    """Mean and variance of the sum of template times image over all exposures; see expose.
+
+    template: (nv, nu); in keV and keV2 where it is a pure number.
+    """
+    rng = np.random.default_rng(0)  # nothing is drawn from it
+    shot = _shot(primary, scatter, mas=mas, pixel_mm=pixel_mm, rng=rng)
+    return weighted_sum(effects, shot, template)
+
+
+def _shot(
+    primary: Primary, scatter: Scatter | None, *, mas: float, pixel_mm: float, rng: np.random.Generator
+) -> Shot:
+    """What is to come of one exposure."""
     if not 0 < mas < np.inf:
         raise XrayError(f"mas = {mas} must be positive; an automatic exposure gives it")
     nothing = np.zeros_like(primary.signal)
@@ -75,5 +101,6 @@ def expose(
         raise XrayError(f"primary {nothing.shape} and scatter {scatter.signal.shape} have different pixels")
     per = pixel_mm**2 * mas
     direct, scattered = (Energy(e.signal, e.signal_squared).times(per) for e in (primary, scatter))
-    shot = after(effects, Shot(direct, scattered, pixel_mm, rng, nothing, nothing, nothing))
-    return Exposure(shot.image, shot.mean, np.sqrt(shot.variance), mas)
+    # A stream of its own for the read-out, so that it leaves that of the photons as it is.
+    photons, electronic = rng.spawn(2)
+    return Shot(direct, scattered, pixel_mm, photons, electronic, nothing, nothing, nothing)

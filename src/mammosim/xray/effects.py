@@ -2,16 +2,20 @@
 
 Every effect takes what a detector pixel holds, in keV, and returns it changed. Their order is that of the
 light: tube (Heel, FocalSpot), grid, counting of quanta, spread in the detector (Blur), pixels (Structure),
-electronics.
+electronics. From the quanta n on all are linear, so that a weighted sum of pixels has a known mean:
+
+    g = G B n + e:    mean w.g = (B G w).mean n,    var w.g = (B G w)^2.var n + w^2.var e
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from scipy.fft import dctn, idctn
 from scipy.ndimage import gaussian_filter
+from scipy.special import ndtr
+from scipy.stats import poisson
 
 from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
@@ -19,6 +23,7 @@ from mammosim.io.tabulated import tabulated
 from mammosim.xray.response import detector_row
 
 FWHM_PER_SIGMA = 2 * np.sqrt(2 * np.log(2))
+FEW = 30.0  # photons; of more, three terms of the expansion of the quantile leave less than 1e-3 of a photon
 
 
 @dataclass(frozen=True)
@@ -38,12 +43,14 @@ class Shot:
     """One exposure of pixels of pixel_mm: primary and scatter to come, and what was made of them.
 
     image, mean, variance: (nv, nu) in keV, keV, keV2; the image is the mean and one draw of the noise.
+    rng, rng_electronic: of photons, and of the read-out.
     """
 
     primary: Energy
     scatter: Energy
     pixel_mm: float
     rng: np.random.Generator
+    rng_electronic: np.random.Generator
     image: np.ndarray
     mean: np.ndarray
     variance: np.ndarray
@@ -63,6 +70,17 @@ class Effect(Protocol):
 
 
 DETECTION = 3
+
+
+class DetectorEffect(Effect, Protocol):
+    """An effect from DETECTION on, which is linear but for the noise that it adds."""
+
+    def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
+        """Weights of what comes in whose sum is that of what goes out with weights w (nv, nu).
+
+        And the variance in keV2 that the effect's own noise adds to the sum.
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -144,8 +162,25 @@ class QuantumNoise:
         # ASSUME: the energy in a pixel is q times a Poisson number, q = variance/mean: both are right.
         squared, mean = shot.primary.squared + shot.scatter.squared, shot.mean
         q = np.divide(squared, mean, out=np.ones_like(mean), where=mean > 0)
-        image = q * shot.rng.poisson(mean / q)
+        image = q * poisson_at(shot.rng.standard_normal(mean.shape), mean / q)
         return replace(shot, image=image, variance=shot.variance + squared)
+
+    def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
+        return w, float(np.sum(w**2 * (shot.primary.squared + shot.scatter.squared)))
+
+
+def poisson_at(z: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """The Poisson number at the quantile of a normal number z; z and mean have the same shape.
+
+    One normal number a pixel, whatever its mean: images of one stream differ only by what their bodies do.
+    Above FEW the number is not rounded, mean + sqrt(mean) z + (z^2 - 1)/6 + (z - z^3)/(72 sqrt(mean))
+    (Cornish & Fisher 1938, Rev Int Stat Inst 5:307): mean, variance and skewness are those of Poisson.
+    """
+    few = mean < FEW
+    root = np.sqrt(np.where(few, 1.0, mean))
+    number = mean + root * z + (z**2 - 1) / 6 + (z - z**3) / (72 * root)
+    number[few] = np.where(mean[few] > 0, poisson.ppf(ndtr(z[few]), np.maximum(mean[few], 1e-12)), 0.0)
+    return number
 
 
 @dataclass(frozen=True)
@@ -170,8 +205,7 @@ class Blur:
 
     def __call__(self, shot: Shot) -> Shot:
         # ASSUME: the detector blurs what its pixels sampled: frequencies beyond theirs do not fold back.
-        fv, fu = (np.arange(n) / (2 * n * shot.pixel_mm) for n in shot.image.shape)
-        T = self.transfer(np.hypot(fv[:, None], fu))
+        T = self._on(shot.image.shape, shot.pixel_mm)
         # white noise of neighbours mixes: its variance falls by the mean of T^2
         left = float(np.mean(T**2))
         return replace(
@@ -180,6 +214,14 @@ class Blur:
             mean=_filtered(shot.mean, T),
             variance=_filtered(shot.variance, T) * left,
         )
+
+    def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
+        return _filtered(w, self._on(w.shape, shot.pixel_mm)), 0.0
+
+    def _on(self, shape: tuple[int, ...], pixel_mm: float) -> np.ndarray:
+        """T at the frequencies of the cosine transform of an image."""
+        fv, fu = (np.arange(n) / (2 * n * pixel_mm) for n in shape)
+        return self.transfer(np.hypot(fv[:, None], fu))
 
 
 @dataclass(frozen=True)
@@ -193,6 +235,9 @@ class Structure:
     def __call__(self, shot: Shot) -> Shot:
         gain = self.gain(shot.image.shape)
         return replace(shot, image=shot.image * gain, variance=shot.variance + (self.share * shot.mean) ** 2)
+
+    def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
+        return w * self.gain(w.shape), 0.0
 
     def gain(self, shape: tuple[int, ...]) -> np.ndarray:
         """The gain of each pixel."""
@@ -208,8 +253,11 @@ class ElectronicNoise:
     kev: float
 
     def __call__(self, shot: Shot) -> Shot:
-        noise = self.kev * shot.rng.standard_normal(shot.image.shape)
+        noise = self.kev * shot.rng_electronic.standard_normal(shot.image.shape)
         return replace(shot, image=shot.image + noise, variance=shot.variance + self.kev**2)
+
+    def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
+        return w, float(self.kev**2 * np.sum(w**2))
 
 
 def blur_of(detector: str) -> Blur:
@@ -239,13 +287,35 @@ def electronic_noise_of(detector: str, pixel_mm: float) -> ElectronicNoise:
 
 def after(effects: Iterable[Effect], shot: Shot) -> Shot:
     """What the effects make of a shot, in the order of the light, in whatever order they are given."""
-    ordered = sorted(effects, key=lambda effect: effect.stage)
-    for effect in (e for e in ordered if e.stage < DETECTION):
-        shot = effect(shot)
-    shot = shot.detected()
-    for effect in (e for e in ordered if e.stage >= DETECTION):
+    before, behind = _ordered(effects)
+    shot = _photons(before, shot)
+    for effect in behind:
         shot = effect(shot)
     return shot
+
+
+def weighted_sum(effects: Iterable[Effect], shot: Shot, w: np.ndarray) -> tuple[float, float]:
+    """Mean and variance of sum w g over all exposures like this one, keV and keV2; w (nv, nu)."""
+    before, behind = _ordered(effects)
+    shot, variance = _photons(before, shot), 0.0
+    for effect in reversed(behind):
+        w, added = effect.back(w, shot)
+        variance += added
+    return float(np.sum(w * shot.mean)), variance
+
+
+def _ordered(effects: Iterable[Effect]) -> tuple[list[Effect], list[Any]]:
+    """Those of the photons and those of the detector, in the order of the light."""
+    ordered = sorted(effects, key=lambda effect: effect.stage)
+    behind = [e for e in ordered if e.stage >= DETECTION]
+    return ordered[: len(ordered) - len(behind)], behind
+
+
+def _photons(effects: Iterable[Effect], shot: Shot) -> Shot:
+    """What reaches the detector, still without noise."""
+    for effect in effects:
+        shot = effect(shot)
+    return shot.detected()
 
 
 def _filtered(image: np.ndarray, T: np.ndarray) -> np.ndarray:

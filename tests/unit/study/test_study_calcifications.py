@@ -46,7 +46,7 @@ PLACE = Place(np.array([3.0, -4.0, 40.0]), material("glandular"), material("calc
 
 def patch_of(view, effects):
     """The patch as an image with these effects."""
-    whole = View(Taken(view, 40.0, {}), BEAM, 0.1, effects)
+    whole = View(Taken(view, 40.0, {"detector": "selenium"}), BEAM, 0.1, effects)
     return whole.on(patch_behind(PLACE, view, pixels=40, pixel_mm=PIXEL))
 
 
@@ -98,12 +98,25 @@ def test_clusters_are_seen_better_at_four_times_the_exposure(slab, view):
         cluster_detectability(pair, patch, mas=mas, count=60, rng=generator(2, str(mas)))
         for mas in (1.0, 4.0)
     ]
-    (one, cnr_one), (four, cnr_four) = found
+    (d_one, one, cnr_one), (d_four, four, cnr_four) = found
+    assert d_four == pytest.approx(2 * d_one, rel=1e-6)
     assert cnr_four == pytest.approx(2 * cnr_one, rel=1e-6)
+    assert one.low < d_one < one.high
     # of an ideal sum of pixels: d'^2 = sum (dI / sigma)^2, twice as large; the intervals hold 95 %
     assert one.low < one.d < one.high
     assert 2 * one.low < four.high
     assert four.low < 2 * one.high
+
+
+@pytest.mark.parametrize("noise", [("quantum_noise",), ("quantum_noise", "blur", "electronic_noise")])
+def test_what_all_images_would_tell_lies_where_many_images_say(slab, view, noise):
+    """The interval of 2 x 800 images holds 99.9 % and is 4 % wide to each side."""
+    pair = images(slab, view, Cluster.drawn(5, width_mm=2.0, diameter_mm=0.3, rng=generator(1, "balls")))
+    patch = patch_of(view, noise)
+    d, told, _ = cluster_detectability(pair, patch, mas=1.0, count=800, rng=generator(4, *noise))
+    reach = 3.29 / 1.96
+    assert told.d - reach * (told.d - told.low) < d < told.d + reach * (told.high - told.d)
+    assert (told.high - told.low) / told.d < 0.25
 
 
 def test_what_is_no_microcalcification_is_refused():

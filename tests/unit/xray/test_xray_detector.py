@@ -30,11 +30,17 @@ def test_quantum_noise_of_one_energy_is_poisson_times_the_energy():
     shot = expose(flat(), None, mas=10.0, pixel_mm=0.5, rng=generator(1, "noise"))
     n = 1000 * 10 * 0.25  # photons per pixel
     counts = shot.image / 20
-    np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
     assert counts.mean() == pytest.approx(n, abs=4 * np.sqrt(n / counts.size))
     # the sample variance of N Poisson numbers has relative standard error sqrt(2/N)
+    assert np.mean((counts - n) ** 3) == pytest.approx(n, abs=4 * np.sqrt(15 * n**3 / counts.size))
     assert counts.var() == pytest.approx(n, rel=4 * np.sqrt(2 / counts.size))
     np.testing.assert_allclose(shot.noise, 20 * np.sqrt(n))
+
+
+def test_few_photons_come_as_whole_numbers():
+    counts = expose(flat(), None, mas=0.01, pixel_mm=0.5, rng=generator(1, "noise")).image / 20
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
+    assert counts.mean() == pytest.approx(2.5, abs=4 * np.sqrt(2.5 / counts.size))
 
 
 def test_signal_to_noise_grows_with_the_root_of_mas():
