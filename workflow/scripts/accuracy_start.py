@@ -7,8 +7,8 @@ from mammosim.study.start import made_today, start_of, write_start
 
 
 def main(files: dict, given: dict, quantities: list[str], folder: str, table: str) -> None:
-    chain, seconds, rows = made_today(start_of(files, given), quantities)
-    write_start(chain, seconds, folder)
+    chain, rows = made_today(start_of(files, given), quantities)
+    write_start(chain, folder)
     write_table(rows, table)
 
 

@@ -1,6 +1,6 @@
 """What accuracy costs: error and processor time of every value of every knob.
 
-With v and r the answers of a value and of the reference, its finest one, in n and m repeats:
+With v and r the answers of a value and of the reference, the finest that was not refused, in n and m repeats:
 
     noise^2  = var v / n + var r / m,  or var(v - r) / n of repeats with the same random streams
     distance = max(|mean v - mean r|^2 - noise^2, 0)^(1/2)
@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.convergence import left, order
+from mammosim.study.convergence import left, order, order_taken
 from mammosim.study.quantities import quantities
 from mammosim.study.trial import ANSWERS, OK
 
@@ -24,31 +24,49 @@ KEY = ["stage", "knob", "value", "quantity"]
 COLUMNS = [*KEY, "error", "seconds", "memory_mb", "distance", "left", "noise", "seconds_spread", "repeats",
            "size", "random", "today", "reference", "outcome", "settings"]  # fmt: skip
 ABOVE_NOISE = 2.0  # distances that many times the noise are fitted
-ORDERS = ["stage", "knob", "quantity", "order", "order_se", "exponent", "exponent_se", "points"]
+ORDERS = [
+    "stage",
+    "knob",
+    "quantity",
+    "order",
+    "order_se",
+    "order_taken",
+    "exponent",
+    "exponent_se",
+    "points",
+]
 
 
 def accuracy(rows: pd.DataFrame) -> pd.DataFrame:
     """COLUMNS of the rows of study.trial.Trial, a line per knob, value and quantity, in their order.
 
-    error, distance, left and noise in the unit of the quantity's name; NaN where the value or the reference
-    was refused, or there is no other value. left: 0 where chance or no size tells the values of a knob apart.
+    error, distance, left and noise in the unit of the quantity's name; NaN where the value was refused, or
+    there is no other. left: 0 where chance or no size tells the values of a knob apart.
     seconds: median of the repeats; seconds_spread: half their range.
     Raises ConfigurationError for a knob without reference.
     """
     rows = rows.assign(value=[v if isinstance(v, str) else f"{v:g}" for v in rows.value])
     found = []
     for (knob, quantity), of_knob in rows.groupby(["knob", "quantity"], sort=False):
-        reference = of_knob[of_knob.reference]
-        alone = of_knob.value.nunique() == 1 and not of_knob.reference.any()
-        if reference.empty and not alone:
+        if of_knob.value.nunique() > 1 and not of_knob.reference.any():
             raise ConfigurationError(
                 f"the knob {knob} lacks the row of its reference for {quantity}; make it"
             )
+        of_knob = _referred(of_knob)
+        reference = of_knob[of_knob.reference]
         lines = pd.DataFrame(
             [_line(of_value, reference) for _, of_value in of_knob.groupby("value", sort=False)]
         )
         found.append(_with_left(lines))
     return pd.concat(found, ignore_index=True)[COLUMNS]
+
+
+def _referred(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of one knob and quantity, with the finest value that was not refused as the reference."""
+    if not rows.reference.any():
+        return rows
+    answered = rows.groupby("value", sort=False).outcome.agg(lambda outcome: (outcome == OK).all())
+    return rows.assign(reference=rows.value.isin(answered.index[answered][-1:]))
 
 
 def _line(rows: pd.DataFrame, reference: pd.DataFrame) -> dict:
@@ -57,9 +75,9 @@ def _line(rows: pd.DataFrame, reference: pd.DataFrame) -> dict:
     refused = rows[rows.outcome != OK]
     distance, scatter, noise = _distance(rows, reference, random=bool(first.random))
     return {name: first[name] for name in (*KEY, "size", "random", "today", "reference", "settings")} | {
-        "error": np.hypot(distance, scatter) if refused.empty else np.nan,
-        "distance": distance if refused.empty else np.nan,
-        "noise": noise if refused.empty else np.nan,
+        "error": np.hypot(distance, scatter),
+        "distance": distance,
+        "noise": noise,
         "seconds": float(rows.seconds.median()),
         "seconds_spread": float(rows.seconds.max() - rows.seconds.min()) / 2,
         "memory_mb": float(rows.memory_mb.max()),
@@ -70,7 +88,7 @@ def _line(rows: pd.DataFrame, reference: pd.DataFrame) -> dict:
 
 def _distance(rows: pd.DataFrame, reference: pd.DataFrame, *, random: bool) -> tuple[float, float, float]:
     """distance, (var v)^(1/2) of a random knob, and noise, see above."""
-    if reference.empty or (reference.outcome != OK).any():
+    if reference.empty or (rows.outcome != OK).any():
         return np.nan, np.nan, np.nan
     v, r = _answers(rows), _answers(reference)
     scale = _unit(str(rows["quantity"].iloc[0]), r.mean(axis=0))
@@ -91,10 +109,9 @@ def _with_left(lines: pd.DataFrame) -> pd.DataFrame:
     others = lines[(lines["size"] > r) & lines.distance.notna()]
     if others.empty:
         return lines
-    nearest = others.loc[others["size"].idxmin()]
     # ASSUME: two values that noise cannot tell apart may differ by the noise.
-    d = max(nearest.distance, nearest.noise)
-    lines["left"] = left(nearest["size"], d, r, _order(lines)[0])
+    d = np.maximum(others.distance, others.noise)
+    lines["left"] = left(others["size"], d, r, order_taken(_order(lines)[0]))
     return lines.assign(error=lines.error + lines.left)
 
 
@@ -119,7 +136,7 @@ def orders(table: pd.DataFrame) -> pd.DataFrame:
     """ORDERS of `accuracy`: p of error ~ size^p and q of seconds ~ size^-q with standard errors.
 
     p over values whose distance from the reference stands above the noise, q over all that were not refused.
-    NaN for fewer than two points; without an error for two.
+    NaN for fewer than two points; without an error for two. order_taken: by which `left` is extrapolated.
     """
     found = []
     for (stage, knob, quantity), rows in table.groupby(["stage", "knob", "quantity"], sort=False):
@@ -128,7 +145,8 @@ def orders(table: pd.DataFrame) -> pd.DataFrame:
             continue
         p, p_se, points = _order(rows)
         q, q_se = slope(rows["size"], rows.seconds)
-        found.append((stage, knob, quantity, p, p_se, -q, q_se, points))
+        taken = np.nan if rows.random.any() else order_taken(p)
+        found.append((stage, knob, quantity, p, p_se, taken, -q, q_se, points))
     return pd.DataFrame(found, columns=ORDERS)
 
 

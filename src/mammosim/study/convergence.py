@@ -2,18 +2,19 @@
 
     a(h) = a_0 + c h^p,    d(h) = |a(h) - a(r)| = |c| |h^p - r^p|,    left = |c| r^p
 
-The distances d from the finest size r can be measured; a_0, at size zero, cannot, and is extrapolated.
+The distances d from the finest size r can be measured; a_0, at size zero, cannot, and is extrapolated from
+all of them, each telling a c of its own.
 """
 
-# Roache, J Fluids Eng 116:405 (1994): without an order that was observed to hold, extrapolate with a low one.
+# After Eca & Hoekstra, J Comput Phys 262:104 (2014): noisy sequences, and an order that is not observed.
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
 
-# ASSUME: at least first order, as of a surface made of labelled voxels; nothing is trusted beyond second.
-LEAST_ORDER, MOST_ORDER = 1.0, 2.0
+# ASSUME: first order where none was observed, as of a surface made of labelled voxels; none beyond second.
+FIRST, TRUSTED = 1.0, (0.5, 2.0)
 ORDERS = (-6.0, 8.0)  # that are looked for; below zero, steps grow towards the finest size
 
 
@@ -30,7 +31,7 @@ def order(h: Sequence[float], d: Sequence[float], r: float) -> tuple[float, floa
         predicted = np.log(np.expm1(p * x) / p) if abs(p[0]) > 1e-9 else np.log(x)
         return centred(b - predicted)
 
-    found = least_squares(misfit, x0=[LEAST_ORDER], bounds=ORDERS, xtol=1e-12, ftol=1e-12)
+    found = least_squares(misfit, x0=[FIRST], bounds=ORDERS, xtol=1e-12, ftol=1e-12)
     freedom = len(x) - 2
     J2 = float((found.jac**2).sum())
     error = float(np.sqrt(2 * found.cost / freedom / J2)) if freedom else float("nan")
@@ -42,10 +43,17 @@ def centred(x: np.ndarray) -> np.ndarray:
     return x - x.mean()
 
 
-def left(h: float, d: float, r: float, p: float) -> float:
-    """What the finest size r leaves, from the distance d of the next size h > r and the observed order p.
+def order_taken(p: float) -> float:
+    """The order that is extrapolated with, where p was observed, or NaN."""
+    least, most = TRUSTED
+    return min(p, most) if p >= least else FIRST
 
-    p: NaN where none was observed; it is taken within LEAST_ORDER and MOST_ORDER.
+
+def left(h: Sequence[float], d: Sequence[float], r: float, p: float) -> float:
+    """What the finest size r leaves, from the distances d at sizes h > r and the order p that is taken.
+
+    The mean of c with its standard error on top, times r^p.
     """
-    p = float(np.clip(p, LEAST_ORDER, MOST_ORDER)) if np.isfinite(p) else LEAST_ORDER
-    return d / ((h / r) ** p - 1)
+    c = np.asarray(d, float) / (np.asarray(h, float) ** p - r**p)
+    error = c.std(ddof=1) / np.sqrt(len(c)) if len(c) > 1 else 0.0
+    return float((c.mean() + error) * r**p)

@@ -55,6 +55,8 @@ def _of(quantity: str, rows: pd.DataFrame) -> pd.DataFrame:
         # ASSUME: a coarser value that came nearer than today's did so by chance.
         step = best_step(_finer(rows, str(knob)), row, E2)
         found.append(line | {"share_percent": share, "total_error": np.sqrt(E2)} | step)
+    if not found:
+        return pd.DataFrame(columns=COLUMNS)
     table = pd.DataFrame(found).sort_values(
         "share_percent", ascending=False, kind="stable", ignore_index=True
     )

@@ -8,20 +8,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mammosim.io.images import read_labels, write_labels
-from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
-from mammosim.io.tables import read_json, read_table, write_json, write_table
 from mammosim.study.breast import read_breast
 from mammosim.study.chain import Chain
 from mammosim.study.knobs import Value
-from mammosim.study.pressed import Pressed
 from mammosim.study.products_images import read_imaged
-from mammosim.study.products_xray import Voxels
 from mammosim.study.quantities import quantities
+from mammosim.study.scene_files import STORED
 from mammosim.study.trial import MECHANICS, OK, Start, numbered, peak_memory_mb
 
 TODAY = Value("today", {}, today=True)
-TABLES = ("path", "cells", "faces", "amounts", "thickness")  # of study.pressed.Pressed
+KEPT = ("mesh", "stress_free", "loaded", "pressed", "phantom", "scatter")
 CHAIN = "chain"  # in the place of a knob, the row of the whole chain
 
 
@@ -40,8 +36,8 @@ def start_of(files: Mapping[str, str], given: Mapping[str, Any]) -> Start:
     )
 
 
-def made_today(start: Start, names: Sequence[str]) -> tuple[Chain, dict[str, float], pd.DataFrame]:
-    """The chain at today's settings, the seconds of its products with those of the images, and a row each.
+def made_today(start: Start, names: Sequence[str]) -> tuple[Chain, pd.DataFrame]:
+    """The chain at today's settings, and a row per quantity with the seconds of all, images included.
 
     names: of quantities. What follows the mechanics is made twice, so that no compilation is in its seconds.
     Raises what refuses one of them: without it there is nothing to compare.
@@ -65,38 +61,23 @@ def made_today(start: Start, names: Sequence[str]) -> tuple[Chain, dict[str, flo
     about = {"stage": CHAIN, "knob": CHAIN, "value": TODAY.name, "size": np.nan, "random": False}
     about |= {"today": True, "reference": False, "settings": TODAY.text}
     table = pd.DataFrame(rows).assign(memory_mb=peak_memory_mb())
-    return chain, before | seconds, pd.DataFrame(about, index=table.index).join(table)
+    return chain, pd.DataFrame(about, index=table.index).join(table)
 
 
-def write_start(chain: Chain, seconds: Mapping[str, float], folder: str | Path) -> None:
-    """The products of a chain up to its phantom and scatter, as far as they were made."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_json(dict(seconds), folder / "seconds.json")
-    write_mesh(chain["mesh"], folder / "mesh.vtu")
-    pressed: Pressed = chain["pressed"]
-    shapes = {"loaded": chain["loaded"], "pressed": pressed.points}
-    write_mesh(chain["stress_free"], folder / "stress_free.vtu", point_data=shapes)
-    for name in TABLES:
-        write_table(getattr(pressed, name), folder / f"{name}.csv")
-    write_table(pd.DataFrame([pressed.row]), folder / "row.csv")
-    write_json(pressed.plates, folder / "plates.json")
-    write_labels(chain["phantom"].labels, folder / "phantom.nii.gz")
-    write_table(chain["scatter"], folder / "scatter.csv")
+def write_start(chain: Chain, folder: str | Path) -> None:
+    """The products of a chain up to its phantom and scatter, as far as they were made for an answer."""
+    for name in KEPT:
+        if chain.key(name) in chain.made and chain[name] is not None:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            STORED[name].write(chain, chain[name], _paths(folder, name))
 
 
 def read_start(start: Start, folder: str | Path) -> Start:
     """The start with what write_start kept."""
-    folder = Path(folder)
-    shape, plates = folder / "stress_free.vtu", read_json(folder / "plates.json")
-    row = dict(read_table(folder / "row.csv").iloc[0])
-    tables = {name: read_table(folder / f"{name}.csv") for name in TABLES}
-    given: dict[str, Any] = {
-        "mesh": read_mesh(folder / "mesh.vtu"),
-        "stress_free": read_mesh(shape),
-        "loaded": read_point_data(shape, "loaded"),
-        "pressed": Pressed(read_point_data(shape, "pressed"), **tables, row=row, plates=plates),
-        "phantom": Voxels(read_labels(folder / "phantom.nii.gz"), plates),
-        "scatter": read_table(folder / "scatter.csv"),
-    }
-    return replace(start, given=given, seconds=read_json(folder / "seconds.json"))
+    paths = {name: _paths(folder, name) for name in KEPT}
+    there = {name: files for name, files in paths.items() if Path(files[0]).exists()}
+    return replace(start, given={name: STORED[name].read(files) for name, files in there.items()})
+
+
+def _paths(folder: str | Path, name: str) -> list[str]:
+    return [str(Path(folder) / f"{name}{ending}") for ending in STORED[name].endings]

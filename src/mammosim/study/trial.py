@@ -29,8 +29,7 @@ COSTLY, COSTLY_END = frozenset({"mesh", "pressed"}), frozenset({"slices"})
 class Start:
     """Where trials begin: a breast, as its images and as they were labelled; today's settings and effects.
 
-    given: products of the chain that were made at today's settings, with the seconds that each took, those
-    of the images, too.
+    given: products of the chain that were made at today's settings.
     """
 
     imaged: Imaged
@@ -38,7 +37,6 @@ class Start:
     settings: Mapping[str, Any]
     effects: frozenset[str]
     given: Mapping[str, Any] = field(default_factory=dict)
-    seconds: Mapping[str, float] = field(default_factory=dict)
 
     def images(self, value: Value, repeat: int) -> Chain:
         """The chain from the images to a breast; what the value leaves as it was is that of the breast."""
@@ -104,8 +102,6 @@ class Trial:
         self.of_images = touched(IMAGES, value.settings)
         self.touched = frozenset(PRODUCTS) if self.of_images else touched(PRODUCTS, value.settings)
         self.costly = bool(COSTLY & self.touched & needed(self.knob.quantities)) and not self.knob.random
-        if self.costly and value.today:
-            self._keep(self.start.given, self.start.seconds, self.start.breast)
 
     @property
     def value(self) -> Value:

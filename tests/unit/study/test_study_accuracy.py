@@ -64,10 +64,13 @@ def test_an_order_that_was_not_observed_is_taken_as_the_first_and_one_beyond_the
     steps_grow = _rows("element", "force_n", [[8.0], [7.8], [7.0], [5.0]], seconds=[1, 2, 4, 8])
     table = accuracy(steps_grow)
     assert orders(table).order[0] < 0
-    np.testing.assert_allclose(table.left, 2.0 / (2 - 1))
-    fifth = accuracy(_rows("element", "force_n", [[5 + h**5] for h in SIZES], seconds=[1, 2, 4, 8]))
-    assert orders(fifth).order[0] == pytest.approx(5)
-    np.testing.assert_allclose(fifth.left, (2.0**5 - 1) / (2**2 - 1))
+    c = np.array([3 / 7, 2.8 / 3, 2.0])
+    np.testing.assert_allclose(table.left, c.mean() + c.std(ddof=1) / np.sqrt(3))
+    fifth = orders(accuracy(_rows("element", "force_n", [[5 + h**5] for h in SIZES], seconds=[1, 2, 4, 8])))
+    assert fifth.order[0] == pytest.approx(5)
+    assert fifth.order_taken[0] == 2
+    half = accuracy(_rows("element", "force_n", [[5 + 3 * h**0.6] for h in SIZES], seconds=[1, 2, 4, 8]))
+    np.testing.assert_allclose(half.left, 3.0)
     two = accuracy(_rows("rays", "force_n", [[5.5], [5.0]], seconds=[1, 2], sizes=(2, 1)))
     np.testing.assert_allclose(two.left, 0.5)
 
@@ -115,7 +118,30 @@ def test_what_was_refused_has_no_error_and_says_why():
     table = accuracy(rows)
     assert np.isnan(table.error[0])
     assert table.outcome[0] == "refused: it slides away"
-    assert table.error[1] == 16
+    assert table.distance[1] == pytest.approx(16, rel=1e-4)
+
+
+@pytest.mark.parametrize("quantity", ["force_n", "nipple_mm"])
+def test_where_the_finest_is_refused_the_next_is_the_reference(quantity):
+    answers = [[5.0], [3.0], [2.0]] if quantity == "force_n" else [[h * np.ones(3)] for h in (5.0, 3.0, 2.0)]
+    rows = _rows("element", quantity, answers, seconds=[1, 2, 3], sizes=(4, 2, 1), today=0)
+    finest = rows.value == "v2"
+    rows.loc[finest, "outcome"] = "refused: it slides away"
+    rows.loc[finest, ["answer_1", "answer_2", "answer_3"]] = np.nan
+    table = accuracy(rows)
+    assert list(table.reference) == [False, True, False]
+    assert table.distance[0] == pytest.approx(2 if quantity == "force_n" else 2 * np.sqrt(3))
+    assert np.isnan(table.error[2])
+    assert list(budget(table).knob) == ["element"]
+
+
+def test_where_all_is_refused_there_is_no_budget():
+    rows = _second_order()
+    rows["outcome"] = "refused: it slides away"
+    rows[["answer_1", "answer_2", "answer_3"]] = np.nan
+    table = accuracy(rows)
+    assert table.error.isna().all()
+    assert budget(table).empty
 
 
 def test_a_knob_without_its_reference_is_refused():
