@@ -1,12 +1,16 @@
 # What accuracy costs in time, on demand. One job per value of a knob: adding one runs one.
+from mammosim.study.chain import pruned, read_by
 from mammosim.study.knobs import knobs
+from mammosim.study.trial import IMAGES, PRODUCTS
 
 ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
 TRIED = ACCURACY["volunteer"]  # the volunteer
+TRIED_PRODUCTS = {**IMAGES, **PRODUCTS}
+TRIED_WAY = ACCURACY["load"]["strategy"]
 TRIED_LOAD = {
     "position": ACCURACY["load"]["position"],
     "thickness_mm": COMPRESSION["thickness_mm"].get(TRIED),
-    "strategy": WAYS[ACCURACY["load"]["strategy"]],
+    "strategy": known_strategies([TRIED_WAY], WAYS, config["accuracy"])[TRIED_WAY],
 }
 TRIED_SETTINGS = chain_settings(TISSUES, TRIED_LOAD) | {
     name: config[name] for name in ("registration", "segmentation")

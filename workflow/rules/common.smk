@@ -22,7 +22,11 @@ def home(path):
 
 
 def read_yaml(path):
-    return yaml.safe_load(Path(home(path)).read_text())
+    file = Path(home(path))
+    if not file.exists():
+        known = ", ".join(sorted(other.stem for other in file.parent.glob("*.yaml")))
+        raise WorkflowError(f"ConfigurationError: there is no {path}; beside it are: {known or 'none'}")
+    return yaml.safe_load(file.read_text())
 
 
 def checked(settings, schema, files):
@@ -229,7 +233,7 @@ def tried(wildcards):
         "position": STRESS_FREE["position"],
         "side": ACCURACY["side"],
         "gravity": gravity(TRIED, STRESS_FREE["position"]),
-        "settings": TRIED_SETTINGS,
+        "settings": pruned(TRIED_SETTINGS, read_by(TRIED_PRODUCTS, TRIED_PRODUCTS)),
         # ASSUME: accuracy is that of the full model without weight and friction between plates.
         "effects": ["gland", "muscle", "skin", "polychromatic", "paddle", *XRAY["effects"]],
     }
@@ -311,11 +315,13 @@ def xrayed(template):
     return over(template, side=COMPRESSION["sides"], strategy=XRAY["strategies"])
 
 
-def known_strategies(names, scenes):
+def known_strategies(names, scenes, asked_by="the configuration"):
     """The strategies of that file by name, in the order asked for; refused when one is not there."""
     absent = [name for name in names if name not in scenes]
     if absent:
-        raise WorkflowError(f"ConfigurationError: no strategy {absent[0]!r}; choose one of: {', '.join(scenes)}")
+        raise WorkflowError(
+            f"ConfigurationError: {asked_by}: no strategy {absent[0]!r}; choose one of: {', '.join(scenes)}"
+        )
     return {name: scenes[name] for name in names}
 
 

@@ -3,9 +3,10 @@ import hashlib
 import json
 
 from mammosim.io.tables import read_commented
-from mammosim.study.presets import chosen
+from mammosim.study.chain import nested, overridden, pruned, read_by
+from mammosim.study.presets import as_imaged, chosen
 
-MADE_FOR = {}  # the name of a part that is kept -> a scene, and the effects, that it belongs to
+PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("knobs"))
 
 
 def scene_values(name):
@@ -13,9 +14,11 @@ def scene_values(name):
     file = f"config/scenes/{name}.yaml"
     values = checked(read_yaml(file), "scene", [file])
     values = {"volunteer": WOMEN[0], "side": COMPRESSION["sides"][0]} | values
-    strategy = values["load"].get("strategy")
-    if strategy is not None:
-        known_strategies([strategy], WAYS)
+    known = sorted({volunteer for volunteer, _ in VOLUNTEERS})
+    if values["volunteer"] not in known:
+        raise WorkflowError(
+            f"ConfigurationError: {file}: no volunteer {values['volunteer']!r}; choose one of: {', '.join(known)}"
+        )
     return values
 
 
@@ -44,34 +47,33 @@ def families_to_screen():
     return sorted({FAMILY[name] for name, scene in SCENES.items() if scene.effects == "auto"})
 
 
+def screening_settings(family):
+    """What the chain of all scenes of a family reads on the coarse model."""
+    names = scenes_of_family(family)
+    asked = [quantity for name in names for quantity in SCENES[name].asked]
+    return scene_settings(names[0], products_of(asked), SCREENING["coarse"])
+
+
+def made_settings(wildcards, part):
+    """What a part of a scene, and what it is made of, reads."""
+    return scene_settings(made_for(wildcards.made)[0], PARTS[part])
+
+
 def volunteer_of_family(family):
     """Whose breast it is."""
     return next(values["volunteer"] for name, values in SCENE_VALUES.items() if FAMILY[name] == family)
 
 
-def overridden(values, others):
-    """Nested values with others in their place."""
-    merged = {**values}
-    for key, value in others.items():
-        nested = isinstance(value, dict) and isinstance(values.get(key), dict)
-        merged[key] = overridden(values[key], value) if nested else value
-    return merged
-
-
-def nested(settings):
-    """Settings with dotted names as nested values."""
-    values = {}
-    for name, value in settings.items():
-        for part in reversed(name.split(".")):
-            value = {part: value}
-        values = overridden(values, value)
-    return values
+@cache
+def measured_accuracy():
+    """The measured curves that presets and scenes are chosen from."""
+    return read_commented(home("config/accuracy/measured.csv"))
 
 
 @cache
 def picked(accuracy):
     """The cheapest settings that meet errors (JSON, quantity -> error) by the measured curves; says which."""
-    choice = chosen(read_commented(home("config/accuracy/measured.csv")), json.loads(accuracy))
+    choice = chosen(as_imaged(measured_accuracy()), json.loads(accuracy))
     if workflow.is_main_process:
         settings = ", ".join(f"{name} {value}" for name, value in choice.settings.items())
         errors = ", ".join(f"{name} {error:.2g}" for name, error in choice.errors.items())
@@ -81,25 +83,68 @@ def picked(accuracy):
 
 def preset(accuracy):
     """The overrides of config/accuracy/{accuracy}.yaml, or the cheapest settings that meet its errors."""
-    try:
-        if isinstance(accuracy, dict):
+    if isinstance(accuracy, dict):
+        try:
             return nested(picked(json.dumps(accuracy)).settings)
-        return read_yaml(f"config/accuracy/{accuracy}.yaml") or {}
-    except FileNotFoundError:
-        known = ", ".join(sorted(path.stem for path in (HOME / "config/accuracy").glob("*.yaml")))
-        raise WorkflowError(f"ConfigurationError: no preset {accuracy!r}; choose one of: {known}") from None
-    except ConfigurationError as error:
-        raise WorkflowError(f"ConfigurationError: {error}") from None
+        except ConfigurationError as error:
+            raise WorkflowError(f"ConfigurationError: {error}") from None
+    if accuracy not in PRESETS:
+        raise WorkflowError(f"ConfigurationError: no preset {accuracy!r}; choose one of: {', '.join(PRESETS)}")
+    values = read_yaml(f"config/accuracy/{accuracy}.yaml")
+    if not values:
+        raise WorkflowError(
+            f"ConfigurationError: config/accuracy/{accuracy}.yaml is empty, since nothing met its limits when it was "
+            f"chosen; allow more in {config['accuracy']} and renew it"
+        )
+    return values
 
 
-def scene_settings(name, accuracy=None):
-    """What the chain of a scene reads, at its own accuracy or another one: a preset, or errors asked for."""
+def accuracy_words(name):
+    """The accuracy of a scene: its preset, or what was picked for the errors that it states."""
+    accuracy = SCENES[name].accuracy
+    if not isinstance(accuracy, dict):
+        return accuracy
+    choice = picked(json.dumps(accuracy))
+    return ", ".join(f"{name} {value}" for name, value in choice.settings.items())
+
+
+def scene_settings(name, products, accuracy=None):
+    """What products of a scene's chain read, at its own accuracy or another one: a preset, or errors asked for."""
     values, accuracy = SCENE_VALUES[name], accuracy or SCENES[name].accuracy
-    load = {**values["load"], "thickness_mm": COMPRESSION["thickness_mm"][values["volunteer"]]}
+    load = {**values["load"]}
     if "strategy" in load:
-        load["strategy"] = WAYS[load["strategy"]]
+        known_strategies([load["strategy"]], WAYS, f"config/scenes/{name}.yaml")
+        load |= {"strategy": WAYS[load["strategy"]], "thickness_mm": thickness_of(name, values["volunteer"])}
     settings = chain_settings(tissue_table(values["tissues"]), load)
-    return overridden(settings, {k: v for k, v in preset(accuracy).items() if k in settings})
+    # What the images were labelled with is the study's.
+    others = {k: v for k, v in preset(accuracy).items() if k in settings}
+    return pruned(overridden(settings, others), read_by(PRODUCTS, products))
+
+
+def thickness_of(scene, volunteer):
+    """To which thickness the standard strategy presses her."""
+    known = COMPRESSION["thickness_mm"]
+    if volunteer not in known:
+        raise WorkflowError(
+            f"ConfigurationError: scene {scene}: {volunteer} has no thickness to be pressed to; "
+            "add her to compression.thickness_mm, or ask for a position only"
+        )
+    return known[volunteer]
+
+
+def whose(scene):
+    """The breast of a scene, which is all that its parts know of its file."""
+    return {name: SCENE_VALUES[scene][name] for name in ("volunteer", "side")}
+
+
+def question(scene):
+    """What a scene asks, without its words."""
+    return {name: value for name, value in SCENE_VALUES[scene].items() if name != "title"}
+
+
+def to_screen(scene):
+    """What its screening depends on."""
+    return {name: value for name, value in question(scene).items() if name != "accuracy"}
 
 
 def scene_effects(scene, model):
@@ -123,22 +168,21 @@ def effects_or_file(scene):
 
 
 def made_key(scene, effects, part):
-    """Under which name a part is kept: all scenes in which it is the same share it."""
-    values, products = SCENE_VALUES[scene], PARTS[part]
-    acting = sorted(set(effects) & effects_on(each for name in products for each in (*upstream(PRODUCTS, name), name)))
-    same = {"family": FAMILY[scene], "accuracy": SCENES[scene].accuracy, "effects": acting}
-    digest = hashlib.sha256(json.dumps(same, sort_keys=True).encode()).hexdigest()[:12]
-    key = f"{values['volunteer']}_{digest}"
-    MADE_FOR[key] = (scene, acting)
-    return key
+    """Under which name a part is kept, that of its scenes' breast, load and accuracy, and its effects."""
+    acting = effects_on(each for name in PARTS[part] for each in (*upstream(PRODUCTS, name), name)) & set(effects)
+    return ".".join([GROUP[scene], *sorted(acting)])
 
 
 def made_for(key):
     """A scene, and the effects, that a part of this name belongs to."""
-    if key not in MADE_FOR:  # a job of its own process, which asks for nothing but this part
-        for scene, model in ((scene, model) for scene in SCENES for model in ("screened", "full")):
-            scene_parts(scene, scene_effects(scene, model), products_of(SCENES[scene].asked))
-    return MADE_FOR[key]
+    group, *effects = key.split(".")
+    return next(scene for scene in SCENES if GROUP[scene] == group), effects
+
+
+def group_of(scene):
+    """The name of all scenes with the same family and accuracy."""
+    accuracy = json.dumps(SCENES[scene].accuracy, sort_keys=True)
+    return f"{FAMILY[scene]}_{hashlib.sha256(accuracy.encode()).hexdigest()[:6]}"
 
 
 def scene_parts(scene, effects, products):

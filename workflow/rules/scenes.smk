@@ -10,6 +10,7 @@ SCENE_VALUES = {name: scene_values(name) for name in SCREENING["names"]}
 SCENES = {name: known_scene(name, values) for name, values in SCENE_VALUES.items()}
 # Scenes of one breast, tissues and load share all that they have in common while they are screened.
 FAMILY = {name: family_of(values) for name, values in SCENE_VALUES.items()}
+GROUP = {name: group_of(name) for name in SCENES}
 # What one job makes and keeps.
 PARTS = {"body": ["mesh", "stress_free"], **{name: [name] for name in STORED if name not in ("mesh", "stress_free")}}
 PAGES["scenes"] = {"tables": ["scenes", "effects", "interactions"], "figures": ["effects", "scenes"]}
@@ -18,7 +19,7 @@ PAGES["scenes"] = {"tables": ["scenes", "effects", "interactions"], "figures": [
 wildcard_constraints:
     scene="|".join(SCENES),
     model="screened|full",
-    made="[a-z0-9_]+",
+    made="[a-z0-9_.]+",
 
 
 checkpoint screen:
@@ -31,8 +32,8 @@ checkpoint screen:
         joint="results/scenes/screening/{family}_joint.csv",
         seconds="results/scenes/screening/{family}.json",
     params:
-        scenes=lambda wildcards: {s: SCENE_VALUES[s] for s in scenes_of_family(wildcards.family)},
-        settings=lambda wildcards: scene_settings(scenes_of_family(wildcards.family)[0], SCREENING["coarse"]),
+        scenes=lambda wildcards: {s: to_screen(s) for s in scenes_of_family(wildcards.family)},
+        settings=lambda wildcards: screening_settings(wildcards.family),
         gravity=lambda wildcards: gravity(volunteer_of_family(wildcards.family), STRESS_FREE["position"]),
         rule={key: SCREENING[key] for key in ("part", "joint_part", "pairs")},
         seed=config["seed"],
@@ -61,9 +62,9 @@ for part, products in PARTS.items():
             seconds=f"results/scenes/{part}/{{made}}/seconds.json",
             files=part_files({part: "{made}"}),
         params:
-            scene=lambda wildcards: SCENE_VALUES[made_for(wildcards.made)[0]],
+            scene=lambda wildcards: whose(made_for(wildcards.made)[0]),
             effects=lambda wildcards: made_for(wildcards.made)[1],
-            settings=lambda wildcards: scene_settings(made_for(wildcards.made)[0]),
+            settings=partial(made_settings, part=part),
             gravity=lambda wildcards: gravity(
                 SCENE_VALUES[made_for(wildcards.made)[0]]["volunteer"], STRESS_FREE["position"]
             ),
@@ -90,8 +91,8 @@ rule scene_answer:
     output:
         "results/scenes/answers/{scene}_{model}.json",
     params:
-        scene=lambda wildcards: SCENE_VALUES[wildcards.scene],
-        settings=lambda wildcards: scene_settings(wildcards.scene),
+        scene=lambda wildcards: question(wildcards.scene),
+        settings=lambda wildcards: scene_settings(wildcards.scene, products_of(SCENES[wildcards.scene].asked)),
         gravity=lambda wildcards: gravity(SCENE_VALUES[wildcards.scene]["volunteer"], STRESS_FREE["position"]),
         seed=config["seed"],
     log:
@@ -111,6 +112,7 @@ rule scenes_table:
         effects=expand("results/scenes/screening/{family}.csv", family=families_to_screen()),
         joint=expand("results/scenes/screening/{family}_joint.csv", family=families_to_screen()),
         seconds=expand("results/scenes/screening/{family}.json", family=families_to_screen()),
+        measured=home("config/accuracy/measured.csv"),
         library=library("scenes_table.py"),
     output:
         scenes="results/study/scenes.csv",
@@ -118,7 +120,9 @@ rule scenes_table:
         interactions="results/study/interactions.csv",
         numbers="results/study/scenes.json",
     params:
-        scenes=SCENE_VALUES,
+        scenes=lambda wildcards: {name: question(name) for name in SCENES},
+        settings=lambda wildcards: {name: scene_settings(name, products_of(SCENES[name].asked)) for name in SCENES},
+        accuracy=lambda wildcards: {name: accuracy_words(name) for name in SCENES},
     log:
         "results/logs/scenes_table/all.log",
     benchmark:

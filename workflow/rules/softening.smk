@@ -13,7 +13,9 @@ rule soften:
     output:
         "results/softening/{v}/{side}.csv",
     params:
-        settings=lambda wildcards: chain_settings(TISSUES, pressed_to_standard(wildcards.v)),
+        settings=lambda wildcards: pruned(
+            chain_settings(TISSUES, pressed_to_standard(wildcards.v)), read_by(PRODUCTS, PRODUCTS)
+        ),
         factors=SOFTENING["factors"],
         gravity=lambda wildcards: gravity(wildcards.v, STRESS_FREE["position"]),
         seed=config["seed"],

@@ -45,15 +45,17 @@ def benchmarks(folder: Path) -> pd.DataFrame:
 def effects_of(scenes: Mapping[str, list[str] | str]) -> dict[str, pd.DataFrame | list[str] | None]:
     """The effects of each scene: listed, or its rows of the file of its screening, if that was made."""
     return {
-        name: given if isinstance(given, list) else screened(name, given) if Path(given).exists() else None
-        for name, given in scenes.items()
+        name: given if isinstance(given, list) else screened(name, given) for name, given in scenes.items()
     }
 
 
-def screened(scene: str, path: str) -> pd.DataFrame:
-    """The rows of one scene."""
+def screened(scene: str, path: str) -> pd.DataFrame | None:
+    """The rows of one scene, or None where it was not screened yet."""
+    if not Path(path).exists():
+        return None
     rows = read_table(path)
-    return rows[rows.scene == scene]
+    rows = rows[rows.scene == scene]
+    return rows if len(rows) else None
 
 
 if __name__ == "__main__":

@@ -6,20 +6,24 @@ import sys
 import _log
 import pandas as pd
 
-from mammosim.io.tables import read_json, read_table, write_json, write_table
+from mammosim.io.tables import read_commented, read_json, read_table, write_json, write_table
+from mammosim.study.presets import errors_at
 from mammosim.study.scenes_summary import numbers, outside, rows
 from mammosim.study.screening import COLUMNS, JOINT
 
 
-def main(files: dict, scenes: dict, out: dict) -> None:
+def main(files: dict, settings: dict, out: dict) -> None:
+    scenes, measured = settings["scenes"], read_commented(files["measured"])
     took = {name: s for path in files["seconds"] for name, s in read_json(path).items()}
     pairs = zip(files["answers"][::2], files["answers"][1::2], strict=True)
-    found = [
-        row
-        for (name, values), pair in zip(scenes.items(), pairs, strict=True)
-        for row in rows(name, values["asked"], *map(read_json, pair), took.get(name, 0.0))
-    ]
-    table = pd.DataFrame(found)
+    found = []
+    for (name, values), pair in zip(scenes.items(), pairs, strict=True):
+        errors = errors_at(measured, settings["settings"][name], values["asked"])
+        answers = rows(
+            name, values["asked"], *map(read_json, pair), numerical=errors, screening_s=took.get(name, 0.0)
+        )
+        found.append(pd.DataFrame(answers).assign(accuracy=settings["accuracy"][name]))
+    table = pd.concat(found, ignore_index=True)
     effects, joint = together(files["effects"], COLUMNS), together(files["joint"], JOINT)
     write_table(table, out["scenes"])
     write_table(effects, out["effects"])
@@ -38,4 +42,4 @@ def together(paths: list[str], columns: list[str]) -> pd.DataFrame:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.params.scenes, dict(snakemake.output.items()))
+    main(dict(snakemake.input.items()), dict(snakemake.params.items()), dict(snakemake.output.items()))

@@ -6,7 +6,7 @@ a chain with other settings or effects, which shares what was made, makes again 
 
 import logging
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -172,12 +172,51 @@ def upstream(products: Mapping[str, Product], name: str) -> tuple[str, ...]:
     return tuple(found)
 
 
+def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings with dotted names as nested values."""
+    values: dict[str, Any] = {}
+    for name, value in settings.items():
+        for part in reversed(name.split(".")):
+            value = {part: value}
+        values = overridden(values, value)
+    return values
+
+
+def overridden(values: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested values with others in their place."""
+    merged = {**values}
+    for key, value in others.items():
+        both = isinstance(value, Mapping) and isinstance(values.get(key), Mapping)
+        merged[key] = overridden(values[key], value) if both else value
+    return merged
+
+
+def pruned(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    """Of nested values only those with these dotted names, as far as they are there."""
+    return nested({name: found[0] for name in names if (found := _at(values, name.split(".")))})
+
+
+def _at(values: Any, path: list[str]) -> list[Any]:
+    """The value at a path, or nothing."""
+    for part in path:
+        if not isinstance(values, Mapping) or part not in values:
+            return []
+        values = values[part]
+    return [values]
+
+
 def changed(values: Mapping[str, Any], path: list[str], value: Any) -> dict[str, Any]:
     """Nested values with another one at a path. Raises ConfigurationError where the path leads nowhere."""
     first, *rest = path
     if first not in values:
         raise ConfigurationError(f"no setting {first!r}; choose one of: {', '.join(names_of(values))}")
     return {**values, first: changed(values[first], rest, value) if rest else value}
+
+
+def read_by(products: Mapping[str, Product], names: Iterable[str]) -> tuple[str, ...]:
+    """The dotted names of all settings that these products and what they are made of read."""
+    each = (made for name in names for made in (*upstream(products, name), name))
+    return tuple(dict.fromkeys(read for made in each for read in products[made].reads))
 
 
 def names_of(values: Any) -> Iterator[str]:

@@ -4,8 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
+from numpy import format_float_scientific
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.chain import nested
 from mammosim.study.presets import CHAIN, Choice, chosen
 
 COLUMNS = ["preset", "knob", "value", "quantity", "error", "tolerance", "seconds", "outcome"]
@@ -37,14 +39,7 @@ def preset_text(preset: str, choice: Choice) -> str:
     """A choice as a file of overrides of the configuration, each setting with the errors that it leaves."""
     totals = ", ".join(f"{q} {e:.2g}" for q, e in choice.errors.items())
     head = [f"# Preset {preset}: {totals}; about {choice.seconds:.0f} s of one processor for one breast."]
-    tree: dict[str, Any] = {}
-    for name, value in choice.settings.items():
-        *path, last = name.split(".")
-        group = tree
-        for part in path:
-            group = group.setdefault(part, {})
-        group[last] = value
-    return "\n".join([*head, *_lines(tree, "", _comments(choice))]) + "\n"
+    return "\n".join([*head, *_lines(nested(choice.settings), "", _comments(choice))]) + "\n"
 
 
 def _comments(choice: Choice) -> dict[str, str]:
@@ -74,4 +69,4 @@ def _flow(value: Any) -> str:
         return "{" + ", ".join(f"{key}: {_flow(each)}" for key, each in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(_flow, value)) + "]"
-    return f"{value:.10f}".rstrip("0") if isinstance(value, float) and 0 < value < 1e-3 else str(value)
+    return format_float_scientific(value) if isinstance(value, float) and 0 < value < 1e-3 else str(value)

@@ -15,7 +15,7 @@ decide between times that are as good as equal.
 # ASSUME: what asked quantities need of a knob is nested: the quantity that takes longest counts.
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,9 +24,10 @@ import pandas as pd
 from scipy.optimize import Bounds, LinearConstraint, milp
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.chain import nested, pruned
 from mammosim.study.trial import OK
 
-CHAIN = "chain"
+CHAIN, IMAGES = "chain", "images"  # a knob, a stage
 LEAST_FACTOR = 1e-3  # of the time of the chain that one knob may leave
 TIE = 1e-3  # what the time may be longer by, relative, for each quantity, where that lowers the error
 
@@ -71,6 +72,35 @@ def chosen(measured: pd.DataFrame, wanted: Mapping[str, float]) -> Choice:
             f"no settings meet {dict(wanted)} together, though each can be met alone; allow one of them more"
         )
     return _choice(options[found.x > 0.5], list(wanted), _seconds(measured, list(wanted)))
+
+
+def errors_at(measured: pd.DataFrame, settings: Mapping[str, Any], asked: Iterable[str]) -> dict[str, float]:
+    """The error of each asked quantity with these settings (nested), by all knobs that were measured for it.
+
+    NaN for one that was not, or where a knob has a value that was not tried. Images count as they are today.
+    """
+    return {quantity: _error_at(measured[measured["quantity"] == quantity], settings) for quantity in asked}
+
+
+def _error_at(rows: pd.DataFrame, settings: Mapping[str, Any]) -> float:
+    errors2 = []
+    for _, values in rows[rows.knob != CHAIN].groupby("knob", sort=False):
+        of_images = values.stage == IMAGES
+        chosen = [bool(today) if image else _are(settings, text)
+                  for image, today, text in zip(of_images, values.today, values.settings)]  # fmt: skip
+        errors2.append(float(values.error[chosen].max()) ** 2)
+    return float(np.sqrt(sum(errors2))) if errors2 else np.nan
+
+
+def _are(settings: Mapping[str, Any], text: str) -> bool:
+    """Whether the settings have the values of a JSON text."""
+    given = json.loads(text)
+    return pruned(settings, given) == nested(given)
+
+
+def as_imaged(measured: pd.DataFrame) -> pd.DataFrame:
+    """Only the rows among which one can choose where the images have been labelled already."""
+    return measured[(measured.stage != IMAGES) | measured.today]
 
 
 def _check(measured: pd.DataFrame, wanted: Mapping[str, float]) -> None:

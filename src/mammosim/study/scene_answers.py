@@ -40,6 +40,9 @@ def answers(chain: Chain, asked: Collection[str]) -> Answers:
             found, compared = values(other, asked), values(chain.with_effects(reference), asked)
         except MammosimError as refusal:
             return Answer({}, seconds(other, asked), refusal=str(refusal))
+        nameless = [name for name, value in found.items() if not np.all(np.isfinite(value))]
+        if nameless:
+            return Answer({}, seconds(other, asked), refusal=f"{nameless[0]} is not a number")
         return Answer(changes(found, compared), seconds(other, asked), _noise(other, asked))
 
     return answer
@@ -47,6 +50,6 @@ def answers(chain: Chain, asked: Collection[str]) -> Answers:
 
 def _noise(chain: Chain, asked: Collection[str]) -> dict[str, float]:
     """Standard errors in percent of changes, those of two independent runs, of quantities that have any."""
-    # ASSUME: the noise of two runs is independent; common streams of photons make it smaller.
+    # ASSUME: the noise of two runs is independent; where they have photons in common it is smaller.
     known = {name: QUANTITIES[name].noise for name in asked}
     return {name: 100 * np.sqrt(2) * noise(chain) for name, noise in known.items() if noise is not None}

@@ -107,6 +107,8 @@ class Scene:
         if screening is None:
             raise ConfigurationError(f"scene {self.name} was not screened; make its screening first")
         rows = screening[screening.scene == self.name]
+        if rows.empty:
+            raise ConfigurationError(f"scene {self.name} was not screened; make its screening again")
         return frozenset(rows.effect[rows.included.astype(bool)])
 
     def _refuse_unknown(self, what: str, names: Iterable[str], known: Collection[str]) -> None:

@@ -12,12 +12,19 @@ Answered = Mapping[str, Any]  # values by quantity, effects, seconds
 
 
 def rows(
-    scene: str, asked: Mapping[str, float], screened: Answered, full: Answered, screening_s: float
+    scene: str,
+    asked: Mapping[str, float],
+    screened: Answered,
+    full: Answered,
+    *,
+    numerical: Mapping[str, float],
+    screening_s: float,
 ) -> list[dict[str, Any]]:
     """A row per quantity: scene, quantity, screened, full, difference, tolerance, within, and the seconds.
 
-    A place is told by its length; difference: in the unit of the quantity; seconds_screening: of finding the
-    effects; fraction: of the full model's processor time that the screened one takes.
+    A place is told by its length; difference: in the unit of the quantity; numerical_error: what the settings
+    of both leave, NaN where it was not measured; seconds_screening: of finding the effects; fraction: of the
+    full model's processor time that the screened one takes.
     """
     apart = changes(screened["values"], full["values"])
     return [
@@ -29,6 +36,7 @@ def rows(
             "difference": apart[quantity],
             "tolerance": tolerance,
             "within": apart[quantity] <= tolerance,
+            "numerical_error": numerical[quantity],
             "effects": len(screened["effects"]),
             "effects_full": len(full["effects"]),
             "seconds_screening": screening_s,
@@ -44,10 +52,12 @@ def numbers(table: pd.DataFrame, effects: pd.DataFrame) -> dict[str, Any]:
     """What the page says of all scenes."""
     each = table.drop_duplicates("scene")
     outside = table[~table.within.astype(bool)]
+    coarse = table[table.numerical_error > table.tolerance]
     decisions = effects.drop_duplicates(["scene", "effect"])
     return {
         "scenes.total": len(each),
         "scenes.within": int(table.groupby("scene").within.all().sum()),
+        "scenes.coarse": ", ".join(f"{r.scene} {r.quantity}" for r in coarse.itertuples()) or "none",
         "scenes.outside": ", ".join(f"{r.scene} {r.quantity}" for r in outside.itertuples()) or "none",
         "scenes.effects": len(decisions),
         "scenes.effects_included": int(decisions.included.astype(bool).sum()),

@@ -16,6 +16,7 @@ from mammosim.core.errors import MechanicsError
 
 COLUMNS = ["scene", "effect", "quantity", "change", "noise", "tolerance", "seconds", "included", "reason",
            "change_added"]  # fmt: skip
+TOLD = 2.0  # standard errors that a change is told from noise by
 # How several effects were tried: two left out, all left out, one added to what is kept.
 PAIR, TOGETHER, ADDED = "pair", "together", "added"
 JOINT = ["scene", "tried", "effects", "quantity", "change", "tolerance", "refusal"]
@@ -107,6 +108,8 @@ class Screening:
                 self._keep({effect}, f"without it there is no answer: {answer.refusal}")
             elif moved > self.rule.part:
                 self._keep({effect}, f"without it {self._words(answer)}")
+            elif self._lost_in_noise(answer):
+                self._keep({effect}, f"too noisy to tell: without it {self._words(answer)}")
             else:
                 self.reasons[effect] = f"without it {self._words(answer)}, below {self.rule.part:g}"
 
@@ -156,10 +159,17 @@ class Screening:
     def _why(self, answer: Answer) -> str:
         return answer.refusal or self._words(answer)
 
+    def _lost_in_noise(self, answer: Answer) -> bool:
+        """Whether the noise of an answer could hide what an effect is kept for."""
+        return any(
+            TOLD * answer.noise.get(q, 0.0) > self.rule.part * tolerance
+            for q, tolerance in self.tolerance.items()
+        )
+
     def _words(self, answer: Answer) -> str:
         q = answer.worst(self.tolerance)
         change, noise = answer.changes[q], answer.noise.get(q, 0.0)
-        told = f" (standard error {noise:.2g}: not told from noise)" if 0 < change < 2 * noise else ""
+        told = f" (standard error {noise:.2g}: not told from noise)" if 0 < change < TOLD * noise else ""
         return f"{q} moves by {change:.2g}{told}, {change / self.tolerance[q]:.2g} of its tolerance"
 
     def _rows(

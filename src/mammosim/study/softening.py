@@ -80,15 +80,18 @@ def _measured(today: Chain, other: Chain, force_n: float) -> dict[str, float | s
     return dict(zip(MEASURED, map(float, values))) | {"outcome": VERIFIED}
 
 
-def numbers(table: pd.DataFrame) -> dict[str, float]:
+def numbers(table: pd.DataFrame) -> dict[str, float | None]:
     """What the page says: the largest changes, in percent or mm, of gland alone and of all moduli.
 
-    table: rows of all breasts, with volunteer and side.
+    table: rows of all breasts, with volunteer and side. None where every change was refused.
     """
-    found: dict[str, float] = {}
+    found: dict[str, float | None] = {}
     for what in ("glandular", "all"):
         changes = pd.concat([_changes(part, what) for _, part in table.groupby(["volunteer", "side"])])
-        found |= {f"softening.{what}.{name}": float(value) for name, value in changes.max().items()}
+        found |= {
+            f"softening.{what}.{name}": float(value) if np.isfinite(value) else None
+            for name, value in changes.max().items()
+        }
     return found
 
 

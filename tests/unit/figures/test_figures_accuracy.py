@@ -3,11 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from mammosim.figures import accuracy as figures
 from mammosim.figures.style import VERMILION
 from mammosim.study.accuracy import orders
 from mammosim.study.error_budget import budget
+from mammosim.study.quantities import QUANTITIES
 
 
 @pytest.fixture
@@ -60,6 +62,13 @@ def test_orders_and_budget_name_every_knob_and_quantity(table):
     assert [label.get_text() for label in shares.axes[0].get_yticklabels()] == ["agd percent", "nipple mm"]
     widths = [bar.get_width() for bar in shares.axes[0].patches]
     assert sum(widths) == pytest.approx(200)
+
+
+def test_the_page_has_a_caption_for_every_quantity(repository):
+    page = yaml.safe_load((repository / "workflow/report/accuracy.yaml").read_text())
+    prefixes = [name for section in page["sections"] for name in section.get("figures", {})]
+    for quantity in QUANTITIES:
+        assert any(f"accuracy_{quantity}_".startswith(f"{prefix}_") for prefix in prefixes), quantity
 
 
 def test_a_unit_stands_in_the_name():

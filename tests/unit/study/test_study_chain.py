@@ -3,7 +3,7 @@
 import pytest
 
 from mammosim.core.errors import ConfigurationError, MechanicsError
-from mammosim.study.chain import Chain, Product, changed
+from mammosim.study.chain import Chain, Product, changed, nested, overridden, pruned, read_by
 
 COUNT: list[str] = []
 
@@ -93,3 +93,16 @@ def test_a_change_leaves_the_values_as_they_were():
     values = {"a": {"b": 1, "c": 2}}
     assert changed(values, ["a", "b"], 5) == {"a": {"b": 5, "c": 2}}
     assert values["a"]["b"] == 1
+
+
+def test_dotted_names_are_nested_values_and_come_back_by_them():
+    given = {"a.b": 1, "a.c.d": [2], "e": {"f": 3}}
+    values = nested(given)
+    assert values == {"a": {"b": 1, "c": {"d": [2]}}, "e": {"f": 3}}
+    assert pruned(values, ["a.c", "e.f", "absent.x", "a.b.deeper"]) == {"a": {"c": {"d": [2]}}, "e": {"f": 3}}
+    assert overridden(values, {"a": {"b": 5}})["a"] == {"b": 5, "c": {"d": [2]}}
+
+
+def test_what_is_read_is_named_by_a_product_or_by_what_it_is_made_of(chain):
+    assert read_by(chain.products, ["force"]) == ("size",)
+    assert read_by(chain.products, []) == ()

@@ -10,7 +10,7 @@ import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.preset_tables import preset_text, presets
-from mammosim.study.presets import TIE, chosen
+from mammosim.study.presets import TIE, as_imaged, chosen, errors_at
 
 T = 100.0
 
@@ -154,3 +154,22 @@ def test_a_preset_that_cannot_be_met_is_a_row_that_says_why(knobs):
     assert (table[table.preset == "draft"].outcome == "ok").all()
     (row,) = table[table.preset == "perfect"].itertuples()
     assert row.outcome.startswith("refused: force_n: 1e-06 is less than")
+
+
+def test_the_error_of_settings_is_that_of_all_their_knobs_and_unknown_for_what_was_not_tried(knobs):
+    measured = _measured(knobs)
+    today = {"mesh": {f"setting_{number}": 1.0 for number in range(4)}}
+    expected = np.sqrt(sum(values[1][1]["force_n"] ** 2 for _, values in knobs.values()))
+    assert errors_at(measured, today, ["force_n"])["force_n"] == pytest.approx(expected)
+    today["mesh"]["setting_2"] = 17.0
+    assert np.isnan(errors_at(measured, today, ["force_n"])["force_n"])
+    assert np.isnan(errors_at(measured, today, ["d_percent"])["d_percent"])
+
+
+def test_where_images_are_labelled_already_their_knobs_stay_and_count(knobs):
+    measured = _measured(knobs)
+    measured.loc[measured.knob == "knob_0", "stage"] = "images"
+    choice = chosen(as_imaged(measured), {"force_n": 100.0})
+    today = knobs["knob_0"][1][1]
+    assert choice.settings["mesh.setting_0"] == today[0]
+    assert choice.errors["force_n"] >= today[1]["force_n"]

@@ -12,10 +12,16 @@ FULL = {
     "seconds": 20.0,
 }
 
+ERRORS = {"nipple_mm": 6.0, "agd_percent": float("nan")}
+
 
 @pytest.fixture
 def table():
-    return pd.DataFrame(rows("mine", {"nipple_mm": 5.0, "agd_percent": 3.0}, SCREENED, FULL, 7.0))
+    return pd.DataFrame(
+        rows(
+            "mine", {"nipple_mm": 5.0, "agd_percent": 3.0}, SCREENED, FULL, numerical=ERRORS, screening_s=7.0
+        )
+    )
 
 
 def test_places_differ_by_their_distance_and_doses_in_percent(table):
@@ -41,3 +47,4 @@ def test_a_scene_counts_as_within_when_all_its_answers_are(table):
     )
     assert (found["scenes.effects"], found["scenes.effects_included"]) == (2, 1)
     assert found["scenes.seconds_screening"] == 7.0
+    assert found["scenes.coarse"] == "mine nipple_mm", "its mesh leaves more than the tolerance"

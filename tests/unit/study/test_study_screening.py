@@ -106,11 +106,20 @@ def test_rows_hold_change_tolerance_and_the_seconds_that_leaving_it_out_saves():
 
 def test_a_change_within_its_noise_is_told():
     def noisy(effects, reference):
-        return Answer(additive(effects, reference).changes, 1.0, {"q": 0.15})
+        return Answer(additive(effects, reference).changes, 1.0, {"q": 0.12})
 
     reasons = screening(noisy).tables()[0].set_index("effect").reason
     assert "not told from noise" in reasons["middle"]
     assert "not told from noise" not in reasons["large"]
+
+
+def test_an_effect_that_the_noise_could_hide_is_kept():
+    def noisy(effects, reference):
+        return Answer(additive(effects, reference).changes, 1.0, {"q": 0.2})
+
+    table = screening(noisy).tables()[0].set_index("effect")
+    assert table.included.all(), "2 x 0.2 is more than 0.25"
+    assert table.reason["tiny"].startswith("too noisy to tell: without it q moves by 0.01")
 
 
 def test_the_worst_of_several_answers_decides():
