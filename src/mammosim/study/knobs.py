@@ -66,7 +66,8 @@ class Knob:
         """The knob of one entry of config/accuracy/knobs.yaml; settings: today's, nested.
 
         Today's value is put in its place by size where the entry lacks it.
-        Raises ConfigurationError for a setting that is not there, and for an unknown quantity.
+        Raises ConfigurationError for a setting that is not there, for an unknown quantity or size, and for
+        sizes that do not fall from draft to reference.
         """
         quantities(given["quantities"])
         values = _values(given)
@@ -74,7 +75,12 @@ class Knob:
         today = {key: chain.setting(key) for key in values[0].settings}
         marked = [replace(value, today=value.settings == today) for value in values]
         if not any(value.today for value in marked):
+            if "sizes" in given:
+                raise ConfigurationError(
+                    f"{name}: today's {_word(today)} is not among its values; add it, with its size"
+                )
             marked = _with_today(marked, _named(today, given, None))
+        _require_falling(name, [value.size for value in marked])
         marked[-1] = replace(marked[-1], reference=True)
         return cls(name, given["stage"], tuple(given["quantities"]), tuple(marked), given["kind"] == "random")
 
@@ -107,7 +113,20 @@ def _size(settings: Mapping[str, Any], given: Mapping[str, Any]) -> float:
     if word is None:
         return float("nan")
     value = next(iter(settings.values()))
-    return SIZES[word](value) if word in SIZES else float(value[word])
+    if word in SIZES:
+        return SIZES[word](value)
+    if not isinstance(value, Mapping) or word not in value:
+        known = [*SIZES, *(value if isinstance(value, Mapping) else ())]
+        raise ConfigurationError(f"no size {word!r} in {value}; choose one of: {', '.join(known)}")
+    return float(value[word])
+
+
+def _require_falling(name: str, sizes: Sequence[float]) -> None:
+    if not np.all(np.isnan(sizes)) and not np.all(np.diff(sizes) < 0):
+        words = ", ".join(f"{size:g}" for size in sizes)
+        raise ConfigurationError(
+            f"{name}: sizes {words} do not fall from draft to reference; order its values"
+        )
 
 
 def _word(value: Any) -> str:

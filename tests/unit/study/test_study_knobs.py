@@ -6,6 +6,7 @@ import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.knobs import Knob, knobs
+from mammosim.study.quantities import QUANTITIES
 
 SETTINGS = {"mesh": {"element_mm": {"breast": 12.0, "chest": 16.0}}, "xray": {"energies": 20, "filter": "Rh"}}
 
@@ -78,3 +79,21 @@ def test_every_knob_of_the_study_is_read_with_todays_value(repository):
         assert len({value.name for value in knob.values}) == len(knob.values) >= 2
         sizes = np.array([value.size for value in knob.values])
         assert np.all(np.isnan(sizes)) or np.all(np.diff(sizes) < 0), f"{knob.name}: from draft to reference"
+
+
+def test_the_schema_knows_every_quantity(repository):
+    schema = yaml.safe_load((repository / "workflow/schemas/accuracy.schema.yaml").read_text())
+    assert any(each.get("enum") == list(QUANTITIES) for each in schema["$defs"].values())
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ({"values": [40, 5], "size": "inverse"}, "sizes 0.2, 0.05, 0.025 do not fall|order its values"),
+        ({"values": [5, 40], "size": "invers"}, "no size 'invers' in 5; choose one of: value, inverse"),
+        ({"values": [5, 40], "sizes": [2, 1]}, "today's 20 is not among its values; add it, with its size"),
+    ],
+)
+def test_sizes_that_mean_nothing_are_refused(entry, words):
+    with pytest.raises(ConfigurationError, match=words):
+        _knob(setting="xray.energies", **entry)
