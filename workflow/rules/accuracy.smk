@@ -22,7 +22,7 @@ except ConfigurationError as error:
 ASKED = list(dict.fromkeys(name for knob in KNOBS.values() for name in knob.quantities))
 PAGES["accuracy"] = {
     "tables": ["accuracy", "accuracy_orders", "accuracy_budget", "accuracy_presets"],
-    "figures": [*(f"accuracy_{name}" for name in ASKED), "accuracy_orders", "accuracy_budget"],
+    "figures": [*(f"accuracy_{name}" for name in ASKED), "accuracy_memory", "accuracy_orders", "accuracy_budget"],
 }
 
 
@@ -118,6 +118,23 @@ rule figure_accuracy:
         mem_mb=1000,
     script:
         "../scripts/figure_accuracy.py"
+
+
+rule figure_accuracy_memory:
+    """Largest memory of the job of every value of every knob."""
+    input:
+        table="results/study/accuracy.csv",
+        library=library("figure_accuracy_memory.py"),
+    output:
+        "results/study/figures/accuracy_memory.png",
+    log:
+        "results/logs/figure_accuracy_memory/all.log",
+    benchmark:
+        "results/benchmarks/figure_accuracy_memory/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/figure_accuracy_memory.py"
 
 
 rule figure_accuracy_orders:

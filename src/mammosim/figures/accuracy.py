@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SERIES, VERMILION, WIDTH, new_figure, styled
 from mammosim.study.accuracy import on_front
+from mammosim.study.presets import CHAIN
 
 COLUMNS = 3
 NOTHING = 0.3  # of the smallest error above zero: where an error of zero is drawn
@@ -118,6 +119,30 @@ def orders(table: pd.DataFrame) -> Figure:
     left.set(title="order of convergence", xlabel="p of error ~ size$^p$")
     right.set(title="exponent of cost", xlabel="q of seconds ~ size$^{-q}$")
     left.margins(y=0.02)
+    return figure
+
+
+@styled
+def memory(table: pd.DataFrame) -> Figure:
+    """A line per knob: the largest memory of the job of each value, dots growing from draft to reference.
+
+    table: study.accuracy.accuracy. Ring: today's setting.
+    """
+    rows = table[table.knob != CHAIN].drop_duplicates(["knob", "value"])
+    knobs = list(dict.fromkeys(rows.knob))[::-1]
+    figure = new_figure(0.9 + 0.24 * max(len(knobs), 1))
+    ax = figure.subplots()
+    for place, knob in enumerate(knobs):
+        values = rows[rows.knob == knob]
+        ax.plot(values.memory_mb, np.full(len(values), place), color=QUIET, lw=0.8, zorder=1)
+        ax.scatter(
+            values.memory_mb, np.full(len(values), place), s=np.linspace(8, 40, len(values)), color=BLUE
+        )
+        today = values[values.today.astype(bool)]
+        ax.plot(today.memory_mb, np.full(len(today), place), "o", ms=10, mfc="none", mec=VERMILION, mew=1.4)
+    ax.set_yticks(range(len(knobs)), [knob.replace("_", " ") for knob in knobs])
+    ax.set(xlabel="largest memory of the job (MB)", xlim=(0, None))
+    ax.grid(False, axis="y")
     return figure
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.presets import CHAIN
 from mammosim.study.trial import OK
 
 COLUMNS = ["quantity", "stage", "knob", "value", "error", "share_percent", "total_error", "limits", "step_to",
@@ -27,7 +28,7 @@ def budget(table: pd.DataFrame) -> pd.DataFrame:
     Raises ConfigurationError where a knob lacks today's value.
     """
     parts = [
-        _of(quantity, rows) for quantity, rows in table[table.knob != "chain"].groupby("quantity", sort=False)
+        _of(quantity, rows) for quantity, rows in table[table.knob != CHAIN].groupby("quantity", sort=False)
     ]
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=COLUMNS)
 

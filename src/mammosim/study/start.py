@@ -11,6 +11,7 @@ import pandas as pd
 from mammosim.study.breast import read_breast
 from mammosim.study.chain import Chain
 from mammosim.study.knobs import Value
+from mammosim.study.presets import CHAIN
 from mammosim.study.products_images import read_imaged
 from mammosim.study.quantities import quantities
 from mammosim.study.scene_files import STORED
@@ -18,7 +19,6 @@ from mammosim.study.trial import MECHANICS, OK, Start, numbered, peak_memory_mb
 
 TODAY = Value("today", {}, today=True)
 KEPT = ("mesh", "stress_free", "loaded", "pressed", "phantom", "scatter")
-CHAIN = "chain"  # in the place of a knob, the row of the whole chain
 
 
 def start_of(files: Mapping[str, str], given: Mapping[str, Any]) -> Start:

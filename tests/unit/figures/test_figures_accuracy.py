@@ -64,6 +64,12 @@ def test_orders_and_budget_name_every_knob_and_quantity(table):
     assert sum(widths) == pytest.approx(200)
 
 
+def test_memory_is_a_dot_per_value_with_todays_in_a_ring(table):
+    ax = figures.memory(table).axes[0]
+    assert [len(dots.get_offsets()) for dots in ax.collections] == [4] * 5
+    assert sum(line.get_markeredgecolor() == VERMILION for line in ax.lines) == 5
+
+
 def test_the_page_has_a_caption_for_every_quantity(repository):
     page = yaml.safe_load((repository / "workflow/report/accuracy.yaml").read_text())
     prefixes = [name for section in page["sections"] for name in section.get("figures", {})]
