@@ -74,7 +74,8 @@ def _loaded(inputs: Inputs) -> np.ndarray:
 
 def _scene(inputs: Inputs) -> Scene:
     """The stress-free breast before the plates."""
-    mesh, body, given = inputs["stress_free"], inputs["body"], inputs.setting("compression")
+    mesh, body = inputs["stress_free"], inputs["body"]
+    given = {name: inputs.setting(f"compression.{name}") for name in PRESS}
     breast: Breast = inputs.subject
     nipple = MaterialPoints.on(inputs["mesh"], breast.to_reference(breast.nipple[None])).carry(mesh.points)[0]
     plates = craniocaudal_plates(mesh, nipple, plate_mm=given["plate_mm"], chest_gap_mm=given["chest_gap_mm"])
@@ -109,6 +110,7 @@ def _pressed(inputs: Inputs) -> Pressed:
 
 MATERIAL = ("gland", "muscle", "skin", "fascia", "ligaments")
 PLATES = ("weight", "friction")
+PRESS = ("plate_mm", "chest_gap_mm", "smallest_mm", "steps", "penetration_mm")  # of the configuration
 PRODUCTS: Mapping[str, Product] = {
     "mesh": Product(_mesh, reads=("mesh",)),
     "body": Product(_body, reads=("tissues", "effects.fascia", "effects.ligaments"), effects=MATERIAL),
@@ -117,7 +119,7 @@ PRODUCTS: Mapping[str, Product] = {
     "scene": Product(
         _scene,
         ("mesh", "body", "stress_free"),
-        ("compression", "effects.friction", "load.thickness_mm"),
+        (*(f"compression.{name}" for name in PRESS), "effects.friction", "load.thickness_mm"),
         PLATES,
     ),
     "standard": Product(_standard, ("scene",)),
