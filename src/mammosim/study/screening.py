@@ -160,9 +160,9 @@ class Screening:
         return answer.refusal or self._words(answer)
 
     def _lost_in_noise(self, answer: Answer) -> bool:
-        """Whether the noise of an answer could hide what an effect is kept for."""
+        """Whether the noise of an answer that moved could hide what an effect is kept for."""
         return any(
-            TOLD * answer.noise.get(q, 0.0) > self.rule.part * tolerance
+            answer.changes[q] > 0 and TOLD * answer.noise.get(q, 0.0) > self.rule.part * tolerance
             for q, tolerance in self.tolerance.items()
         )
 
