@@ -23,7 +23,10 @@ def main(
     table = plan(jobs, known)
     write_table(table, out)
     found = summary(table, jobs, cores=settings["cores"])
-    sys.stdout.write(words(found, table, scene_lines(effects_of(scenes)), cores=settings["cores"]) + "\n")
+    effects = effects_of(scenes)
+    at_least = ["scenes"] if any(each is None for each in effects.values()) else []
+    told = words(found, table, scene_lines(effects), cores=settings["cores"], at_least=at_least)
+    sys.stdout.write(f"{told}\n")
 
 
 def dry_run(command: list[str]) -> str:

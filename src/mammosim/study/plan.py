@@ -1,7 +1,7 @@
 """What a run will take, before it begins: the jobs of a dry run, at what their rules cost when measured."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 import pandas as pd
@@ -81,13 +81,24 @@ def scene_lines(effects: Mapping[str, pd.DataFrame | list[str] | None]) -> list[
     return lines
 
 
-def words(found: pd.DataFrame, table: pd.DataFrame, scenes: list[str], *, cores: int) -> str:
-    """The plan as text for a terminal: a line per target, its dearest rules, a line per scene."""
+def words(
+    found: pd.DataFrame,
+    table: pd.DataFrame,
+    scenes: list[str],
+    *,
+    cores: int,
+    at_least: Collection[str] = (),
+) -> str:
+    """The plan as text for a terminal: a line per target, its dearest rules, a line per scene.
+
+    at_least: targets whose further jobs are not known before some of their own have run.
+    """
     lines = [f"{'target':<12}{'jobs':>6}{f'min on {cores} cores':>17}{'peak MB':>9}   dearest rules"]
     for row in found.itertuples():
         dearest = table[table.target == row.target].nlargest(3, "seconds")
         names = ", ".join(f"{r.rule} {r.seconds:.0f} s" for r in dearest.itertuples() if r.seconds > 0)
         unknown = f" ({row.not_measured} jobs were never measured)" if row.not_measured else ""
+        unknown += " (at least: what it screens decides what follows)" if row.target in at_least else ""
         lines.append(
             f"{row.target:<12}{row.jobs:>6}{row.minutes:>17.1f}{row.memory_mb:>9.0f}   {names}{unknown}"
         )

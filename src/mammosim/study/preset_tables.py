@@ -13,17 +13,31 @@ from mammosim.study.presets import CHAIN, Choice, chosen
 COLUMNS = ["preset", "knob", "value", "quantity", "error", "tolerance", "seconds", "outcome"]
 
 
-def presets(measured: pd.DataFrame, limits: Mapping[str, Mapping[str, float]]) -> pd.DataFrame:
-    """COLUMNS: per preset and quantity a row for the whole chain, then one per knob; seconds of the chain.
+Limits = Mapping[str, Mapping[str, float]]  # preset -> quantity -> tolerance
 
-    limits: preset -> quantity -> tolerance. A preset whose limits cannot be met is a row that says why.
-    """
-    found = []
+
+def choices(measured: pd.DataFrame, limits: Limits) -> dict[str, Choice | ConfigurationError]:
+    """What each preset is, or why its limits cannot be met."""
+    found: dict[str, Choice | ConfigurationError] = {}
     for preset, wanted in limits.items():
         try:
-            found.append(_rows(preset, chosen(measured, wanted), wanted))
+            found[preset] = chosen(measured, wanted)
         except ConfigurationError as refusal:
-            found.append(pd.DataFrame([{"preset": preset, "knob": CHAIN, "outcome": f"refused: {refusal}"}]))
+            found[preset] = refusal
+    return found
+
+
+def presets(made: Mapping[str, Choice | ConfigurationError], limits: Limits) -> pd.DataFrame:
+    """COLUMNS: per preset and quantity a row for the whole chain, then one per knob; seconds of the chain.
+
+    A preset whose limits cannot be met is a row that says why.
+    """
+    found = []
+    for preset, choice in made.items():
+        if isinstance(choice, Choice):
+            found.append(_rows(preset, choice, limits[preset]))
+        else:
+            found.append(pd.DataFrame([{"preset": preset, "knob": CHAIN, "outcome": f"refused: {choice}"}]))
     return pd.concat(found).reindex(columns=COLUMNS) if found else pd.DataFrame(columns=COLUMNS)
 
 
@@ -35,8 +49,13 @@ def _rows(preset: str, choice: Choice, wanted: Mapping[str, float]) -> pd.DataFr
     return pd.concat([pd.DataFrame(whole), choice.table]).assign(preset=preset, outcome="ok")
 
 
-def preset_text(preset: str, choice: Choice) -> str:
-    """A choice as a file of overrides of the configuration, each setting with the errors that it leaves."""
+def preset_text(preset: str, choice: Choice | ConfigurationError) -> str:
+    """A choice as a file of overrides of the configuration, each setting with the errors that it leaves.
+
+    A refusal is a comment.
+    """
+    if not isinstance(choice, Choice):
+        return f"# Preset {preset} was refused: {choice}\n"
     totals = ", ".join(f"{q} {e:.2g}" for q, e in choice.errors.items())
     head = [f"# Preset {preset}: {totals}; about {choice.seconds:.0f} s of one processor for one breast."]
     return "\n".join([*head, *_lines(nested(choice.settings), "", _comments(choice))]) + "\n"

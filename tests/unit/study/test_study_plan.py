@@ -58,7 +58,10 @@ def test_scenes_say_which_effects_they_have_or_that_they_are_to_be_screened():
 
 
 def test_the_words_name_every_target_its_dearest_rules_and_what_was_never_measured(table):
-    text = words(summary(table, ["study"], cores=2), table, ["a: effects: skin"], cores=2)
+    found = summary(table, ["study"], cores=2)
+    text = words(found, table, ["a: effects: skin"], cores=2)
+    assert "at least" not in text
+    assert "at least" in words(found, table, [], cores=2, at_least=["study"])
     assert "dose 90 s, mesh 30 s" in text
     assert "4 jobs were never measured" in text
     assert text.endswith("a: effects: skin")

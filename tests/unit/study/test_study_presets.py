@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.preset_tables import preset_text, presets
+from mammosim.study.preset_tables import choices, preset_text, presets
 from mammosim.study.presets import TIE, as_imaged, chosen, errors_at
 
 T = 100.0
@@ -150,7 +150,10 @@ def test_the_file_of_a_preset_holds_its_settings_and_their_errors():
 
 
 def test_a_preset_that_cannot_be_met_is_a_row_that_says_why(knobs):
-    table = presets(_measured(knobs), {"draft": {"force_n": 9.0}, "perfect": {"force_n": 1e-6}})
+    limits = {"draft": {"force_n": 9.0}, "perfect": {"force_n": 1e-6}}
+    made = choices(_measured(knobs), limits)
+    table = presets(made, limits)
+    assert preset_text("perfect", made["perfect"]).startswith("# Preset perfect was refused: force_n: 1e-06")
     assert (table[table.preset == "draft"].outcome == "ok").all()
     (row,) = table[table.preset == "perfect"].itertuples()
     assert row.outcome.startswith("refused: force_n: 1e-06 is less than")
