@@ -10,10 +10,10 @@ PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if no
 
 
 def scene_values(name):
-    """The values of config/scenes/{name}.yaml, with the volunteer and side that it leaves to the study."""
+    """The values of config/scenes/{name}.yaml, with the volunteer, side and accuracy that it leaves to the study."""
     file = f"config/scenes/{name}.yaml"
     values = checked(read_yaml(file), "scene", [file])
-    values = {"volunteer": WOMEN[0], "side": COMPRESSION["sides"][0]} | values
+    values = {"volunteer": WOMEN[0], "side": COMPRESSION["sides"][0], "accuracy": SCREENING["accuracy"]} | values
     known = sorted({volunteer for volunteer, _ in VOLUNTEERS})
     if values["volunteer"] not in known:
         raise WorkflowError(
