@@ -3,18 +3,18 @@
     a(h) = a_0 + c h^p,    d(h) = |a(h) - a(r)| = |c| |h^p - r^p|,    left = |c| r^p
 
 The distances d from the finest size r can be measured; a_0, at size zero, cannot, and is extrapolated from
-all of them, each telling a c of its own.
+all of them, each telling a c of its own. Where no order is observed, values differ, but not by their size:
+then left = (mean d^2)^(1/2).
 """
 
-# After Eca & Hoekstra, J Comput Phys 262:104 (2014): noisy sequences, and an order that is not observed.
+# After Eca & Hoekstra, J Comput Phys 262:104 (2014): sequences with scatter, orders that are not observed.
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
 
-# ASSUME: first order where none was observed, as of a surface made of labelled voxels; none beyond second.
-FIRST, TRUSTED = 1.0, (0.5, 2.0)
+LEAST, MOST = 0.5, 2.0  # orders that are extrapolated with; a higher one is taken as the second
 ORDERS = (-6.0, 8.0)  # that are looked for; below zero, steps grow towards the finest size
 
 
@@ -31,7 +31,7 @@ def order(h: Sequence[float], d: Sequence[float], r: float) -> tuple[float, floa
         predicted = np.log(np.expm1(p * x) / p) if abs(p[0]) > 1e-9 else np.log(x)
         return centred(b - predicted)
 
-    found = least_squares(misfit, x0=[FIRST], bounds=ORDERS, xtol=1e-12, ftol=1e-12)
+    found = least_squares(misfit, x0=[1.0], bounds=ORDERS, xtol=1e-12, ftol=1e-12)
     freedom = len(x) - 2
     J2 = float((found.jac**2).sum())
     error = float(np.sqrt(2 * found.cost / freedom / J2)) if freedom else float("nan")
@@ -44,16 +44,18 @@ def centred(x: np.ndarray) -> np.ndarray:
 
 
 def order_taken(p: float) -> float:
-    """The order that is extrapolated with, where p was observed, or NaN."""
-    least, most = TRUSTED
-    return min(p, most) if p >= least else FIRST
+    """The order that is extrapolated with, where p was observed; NaN where none was."""
+    return min(p, MOST) if p >= LEAST else float("nan")
 
 
 def left(h: Sequence[float], d: Sequence[float], r: float, p: float) -> float:
     """What the finest size r leaves, from the distances d at sizes h > r and the order p that is taken.
 
-    The mean of c with its standard error on top, times r^p.
+    p: NaN where none is; else the mean of c with its standard error on top, times r^p.
     """
-    c = np.asarray(d, float) / (np.asarray(h, float) ** p - r**p)
+    away = np.asarray(d, float)
+    if np.isnan(p):
+        return float(np.sqrt(np.mean(away**2)))
+    c = away / (np.asarray(h, float) ** p - r**p)
     error = c.std(ddof=1) / np.sqrt(len(c)) if len(c) > 1 else 0.0
     return float((c.mean() + error) * r**p)

@@ -15,7 +15,7 @@ from mammosim.study.presets import CHAIN
 from mammosim.study.products_images import read_imaged
 from mammosim.study.quantities import quantities
 from mammosim.study.scene_files import STORED
-from mammosim.study.trial import MECHANICS, OK, Start, numbered, peak_memory_mb
+from mammosim.study.trial import OK, Start, numbered, peak_memory_mb
 
 TODAY = Value("today", {}, today=True)
 KEPT = ("mesh", "stress_free", "loaded", "pressed", "phantom", "scatter")
@@ -39,25 +39,22 @@ def start_of(files: Mapping[str, str], given: Mapping[str, Any]) -> Start:
 def made_today(start: Start, names: Sequence[str]) -> tuple[Chain, pd.DataFrame]:
     """The chain at today's settings, and a row per quantity with the seconds of all, images included.
 
-    names: of quantities. What follows the mechanics is made twice, so that no compilation is in its seconds.
+    names: of quantities. All is made twice, so that no compilation is in its seconds.
     Raises what refuses one of them: without it there is nothing to compare.
     """
-    images = replace(start.images(TODAY, 0), made={})
-    images.make("breast").required()
-    before, rows = images.seconds("breast"), []
-    cold = start.chain(TODAY, 0)
-    for quantity in quantities(list(names)).values():
-        quantity.of(cold)
-    done = [name for name in MECHANICS if cold.key(name) in cold.made]
-    chain = start.chain(TODAY, 0).given({name: cold[name] for name in done})
-    seconds = {name: t for each in done for name, t in cold.seconds(each).items()}
-    for name, quantity in quantities(list(names)).items():
-        answer = np.atleast_1d(np.asarray(quantity.of(chain), float))
+    asked = quantities(list(names))
+    for _ in range(2):
+        images = replace(start.images(TODAY, 0), made={})
+        images.make("breast").required()
+        chain = start.chain(TODAY, 0)
+        answers = {name: quantity.of(chain) for name, quantity in asked.items()}
+    before = sum(images.seconds("breast").values())
+    rows = []
+    for name, quantity in asked.items():
         taken = {n: t for end in quantity.products for n, t in chain.seconds(end).items()}
-        seconds |= {n: t for n, t in taken.items() if n not in done}
-        taken = {n: seconds[n] for n in taken}
-        total = sum(taken.values()) + sum(before.values())
-        rows.append({"quantity": name, "repeat": 0} | numbered(answer) | {"seconds": total, "outcome": OK})
+        answer = numbered(np.atleast_1d(np.asarray(answers[name], float)))
+        seconds = before + sum(taken.values())
+        rows.append({"quantity": name, "repeat": 0} | answer | {"seconds": seconds, "outcome": OK})
     about = {"stage": CHAIN, "knob": CHAIN, "value": TODAY.name, "size": np.nan, "random": False}
     about |= {"today": True, "reference": False, "settings": TODAY.text}
     table = pd.DataFrame(rows).assign(memory_mb=peak_memory_mb())

@@ -60,12 +60,12 @@ def test_what_the_reference_leaves_is_extrapolated_to_size_zero_and_added():
         np.testing.assert_allclose(table.left, abs(c))
 
 
-def test_an_order_that_was_not_observed_is_taken_as_the_first_and_one_beyond_the_second_as_the_second():
+def test_without_an_order_the_finest_is_as_far_off_as_others_and_none_beyond_the_second_is_taken():
     steps_grow = _rows("element", "force_n", [[8.0], [7.8], [7.0], [5.0]], seconds=[1, 2, 4, 8])
     table = accuracy(steps_grow)
     assert orders(table).order[0] < 0
-    c = np.array([3 / 7, 2.8 / 3, 2.0])
-    np.testing.assert_allclose(table.left, c.mean() + c.std(ddof=1) / np.sqrt(3))
+    assert np.isnan(orders(table).order_taken[0])
+    np.testing.assert_allclose(table.left, np.sqrt((3**2 + 2.8**2 + 2**2) / 3))
     fifth = orders(accuracy(_rows("element", "force_n", [[5 + h**5] for h in SIZES], seconds=[1, 2, 4, 8])))
     assert fifth.order[0] == pytest.approx(5)
     assert fifth.order_taken[0] == 2
