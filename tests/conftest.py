@@ -1,5 +1,6 @@
 """What all tests share: where the repository is, and where real images are, if anywhere."""
 
+from collections.abc import Generator
 from pathlib import Path
 
 import numba
@@ -8,15 +9,17 @@ import pytest
 REPOSITORY = Path(__file__).parents[1]
 
 
-@pytest.hookimpl(tryfirst=True)  # before the groups are read
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+@pytest.hookimpl(wrapper=True)  # around all others, one of which reads the groups
+def pytest_collection_modifyitems(
+    config: pytest.Config, items: list[pytest.Item]
+) -> Generator[None, None, None]:
     """Of several processes one runs the whole workflow, which takes longest and begins; else one a file."""
-    if not hasattr(config, "workerinput"):
-        return
-    for item in items:
-        name = "workflow" if _of_workflow(item) else item.path.stem
-        item.add_marker(pytest.mark.xdist_group(name))
-    items.sort(key=_of_workflow, reverse=True)
+    if hasattr(config, "workerinput"):
+        for item in items:
+            name = "workflow" if _of_workflow(item) else item.path.stem
+            item.add_marker(pytest.mark.xdist_group(name))
+        items.sort(key=_of_workflow, reverse=True)
+    yield
 
 
 def _of_workflow(item: pytest.Item) -> bool:
