@@ -17,7 +17,7 @@ smoke: $(VENV)/ready  ## the whole chain, coarse, in minutes: smoke/results/stud
 	$(BIN)/snakemake --cores $(CORES) --configfile config/smoke.yaml --directory smoke
 
 test: $(VENV)/ready  ## laws of physics, units, errors by their words, and the whole chain on the tiny configuration
-	$(BIN)/pytest --numprocesses $(CORES) --dist loadgroup --no-loadscope-reorder
+	$(BIN)/pytest --numprocesses $(CORES) --no-loadscope-reorder
 
 lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
 	$(BIN)/ruff format --check .

@@ -1,29 +1,32 @@
 """What all tests share: where the repository is, and where real images are, if anywhere."""
 
-from collections.abc import Generator
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
 REPOSITORY = Path(__file__).parents[1]
+WORKFLOW = "tests/workflow"
 
 
-@pytest.hookimpl(wrapper=True)  # around all others, one of which reads the groups
-def pytest_collection_modifyitems(
-    config: pytest.Config, items: list[pytest.Item]
-) -> Generator[None, None, None]:
-    """Of several processes one runs the whole workflow, which takes longest and begins; else one a file."""
+class OneForTheWorkflow(LoadFileScheduling):
+    """Of several processes one runs the whole workflow, which they share; else each takes file by file."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return WORKFLOW if nodeid.startswith(f"{WORKFLOW}/") else super()._split_scope(nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneForTheWorkflow:
+    """Who runs which tests, with `--numprocesses`."""
+    return OneForTheWorkflow(config, log)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Among several processes, the workflow begins, since it takes longest."""
     if hasattr(config, "workerinput"):
-        for item in items:
-            name = "workflow" if _of_workflow(item) else item.path.stem
-            item.add_marker(pytest.mark.xdist_group(name))
-        items.sort(key=_of_workflow, reverse=True)
-    yield
-
-
-def _of_workflow(item: pytest.Item) -> bool:
-    return item.get_closest_marker("workflow") is not None
+        items.sort(key=lambda item: item.nodeid.startswith(f"{WORKFLOW}/"), reverse=True)
 
 
 @pytest.fixture(scope="session")
