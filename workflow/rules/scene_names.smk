@@ -6,6 +6,7 @@ from mammosim.io.tables import read_commented
 from mammosim.study.chain import nested, overridden, pruned, read_by
 from mammosim.study.presets import as_imaged, chosen
 
+STUDY = "study"  # the accuracy of the study's own settings
 PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("knobs"))
 
 
@@ -82,14 +83,16 @@ def picked(accuracy):
 
 
 def preset(accuracy):
-    """The overrides of config/accuracy/{accuracy}.yaml, or the cheapest settings that meet its errors."""
+    """The overrides of config/accuracy/{accuracy}.yaml, or the cheapest settings that meet its errors; of the study none."""
+    if accuracy == STUDY:
+        return {}
     if isinstance(accuracy, dict):
         try:
             return nested(picked(json.dumps(accuracy)).settings)
         except ConfigurationError as error:
             raise WorkflowError(f"ConfigurationError: {error}") from None
     if accuracy not in PRESETS:
-        raise WorkflowError(f"ConfigurationError: no preset {accuracy!r}; choose one of: {', '.join(PRESETS)}")
+        raise WorkflowError(f"ConfigurationError: no preset {accuracy!r}; choose one of: {', '.join([STUDY, *PRESETS])}")
     values = read_yaml(f"config/accuracy/{accuracy}.yaml")
     if not values:
         raise WorkflowError(
