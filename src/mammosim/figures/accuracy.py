@@ -16,6 +16,7 @@ NOTHING = 0.3  # of the smallest error above zero: where an error of zero is dra
 LEAST_SPAN = 2.0  # of the time axis to either side: less would be all noise of timing
 UNITS = {"mm": "mm", "n": "N", "kpa": "kPa", "percent": "%"}
 SHOWN = 4  # knobs with a colour of their own in a budget
+ORDERS_SHOWN = (-7.0, 9.0)
 SMALL_SHARE = 8.0  # percent; parts below bear no name
 
 
@@ -118,6 +119,7 @@ def orders(table: pd.DataFrame) -> Figure:
     left.set_yticks(place, names, fontsize=7)
     left.set(title="order of convergence", xlabel="p of error ~ size$^p$")
     right.set(title="exponent of cost", xlabel="q of seconds ~ size$^{-q}$")
+    left.set_xlim(*ORDERS_SHOWN)
     left.margins(y=0.02)
     return figure
 
