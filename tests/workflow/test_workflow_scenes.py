@@ -6,8 +6,10 @@ import pandas as pd
 import pytest
 
 pytestmark = pytest.mark.workflow
+# At an accuracy of its own, so that it shares no part with the scenes that were answered.
 SCENE = """
 title: a question
+accuracy: draft
 tissues: layered
 load: {strategy: gentle}
 asked: {ASKED: 5}
