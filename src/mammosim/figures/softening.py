@@ -18,9 +18,9 @@ LINES = {"glandular": "-", "all": ":"}
 @styled
 def softening(table: pd.DataFrame) -> Figure:
     """A panel per quantity against the factor of the moduli; rows of study.softening with volunteer, side."""
-    figure = new_figure(2.7)
+    figure = new_figure(4.6)
     breasts = list(table.groupby(["volunteer", "side"], sort=False))
-    for ax, (column, (title, label)) in zip(figure.subplots(1, len(PANELS)), PANELS.items()):
+    for ax, (column, (title, label)) in zip(figure.subplots(2, 2).ravel(), PANELS.items()):
         for colour, (_, part) in zip(SERIES, breasts):
             today = part[part.factor == 1.0]
             for tissue, line in LINES.items():
