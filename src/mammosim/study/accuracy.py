@@ -24,17 +24,8 @@ KEY = ["stage", "knob", "value", "quantity"]
 COLUMNS = [*KEY, "error", "seconds", "memory_mb", "distance", "left", "noise", "seconds_spread", "repeats",
            "size", "random", "today", "reference", "outcome", "settings"]  # fmt: skip
 ABOVE_NOISE = 2.0  # distances that many times the noise are fitted
-ORDERS = [
-    "stage",
-    "knob",
-    "quantity",
-    "order",
-    "order_se",
-    "order_taken",
-    "exponent",
-    "exponent_se",
-    "points",
-]
+ORDERS = ["stage", "knob", "quantity", "order", "order_se", "order_taken", "exponent", "exponent_se",
+          "points"]  # fmt: skip
 
 
 def accuracy(rows: pd.DataFrame) -> pd.DataFrame:
@@ -107,8 +98,8 @@ def _with_left(lines: pd.DataFrame) -> pd.DataFrame:
         return lines
     r = float(lines["size"][lines.reference].iloc[0])
     others = lines[(lines["size"] > r) & lines.distance.notna()]
-    if others.empty:
-        return lines
+    if others.empty:  # nothing is left that the reference could be compared with
+        return lines.assign(error=np.nan, left=np.nan)
     # ASSUME: two values that noise cannot tell apart may differ by the noise.
     d = np.maximum(others.distance, others.noise)
     lines["left"] = left(others["size"], d, r, order_taken(_order(lines)[0]))

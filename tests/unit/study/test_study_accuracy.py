@@ -135,6 +135,12 @@ def test_where_the_finest_is_refused_the_next_is_the_reference(quantity):
     assert list(budget(table).knob) == ["element"]
 
 
+def test_a_value_that_is_alone_has_no_error():
+    rows = _second_order(today=3)
+    rows.loc[~rows.reference, "outcome"] = "refused: it slides away"
+    assert accuracy(rows).error.isna().all(), "zero would call it exact"
+
+
 def test_where_all_is_refused_there_is_no_budget():
     rows = _second_order()
     rows["outcome"] = "refused: it slides away"

@@ -116,7 +116,7 @@ def test_what_all_images_would_tell_lies_where_many_images_say(slab, view, noise
     d, told, _ = cluster_detectability(pair, patch, mas=1.0, count=800, rng=generator(4, *noise))
     reach = 3.29 / 1.96
     assert told.d - reach * (told.d - told.low) < d < told.d + reach * (told.high - told.d)
-    assert (told.high - told.low) / told.d < 0.25
+    assert (told.high - told.low) / told.d < 0.08
 
 
 def test_what_is_no_microcalcification_is_refused():

@@ -89,7 +89,10 @@ def test_the_schema_knows_every_quantity(repository):
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
-        ({"values": [40, 5], "size": "inverse"}, "sizes 0.2, 0.05, 0.025 do not fall|order its values"),
+        (
+            {"values": [40, 5], "size": "inverse"},
+            "knob: sizes 0.05, 0.025, 0.2 do not fall from draft to reference; order its values",
+        ),
         ({"values": [5, 40], "size": "invers"}, "no size 'invers' in 5; choose one of: value, inverse"),
         ({"values": [5, 40], "sizes": [2, 1]}, "today's 20 is not among its values; add it, with its size"),
     ],

@@ -130,15 +130,18 @@ def test_mean_and_variance_of_a_weighted_sum_are_those_of_many_images(effects):
 
 @pytest.mark.parametrize("mean", [0.0, 0.3, 4.0, 29.9, 30.0, 200.0, 1e4])
 def test_numbers_at_the_quantiles_of_a_normal_are_poisson(mean):
-    """Mean, variance and third moment are all lambda, within four standard errors and 0.3 percent."""
+    """Mean, variance and third moment are all lambda, within four standard errors.
+
+    The expansion leaves 0.34 % of the third moment at 30, by Gauss-Hermite quadrature, and less above.
+    """
     z = generator(6, str(mean)).standard_normal(400_000)
     n = poisson_at(z, np.full(z.shape, mean))
     root, off = np.sqrt(len(z)), n - mean
     assert abs(off.mean()) <= 4 * np.sqrt(mean) / root
-    assert abs(np.mean(off**2) - mean) <= 4 * np.sqrt(mean + 2 * mean**2) / root + 0.003 * mean
+    assert abs(np.mean(off**2) - mean) <= 4 * np.sqrt(mean + 2 * mean**2) / root
     if mean < 1e3:
         third = np.sqrt(np.var(off**3)) / root
-        assert abs(np.mean(off**3) - mean) <= 4 * third + 0.003 * mean
+        assert abs(np.mean(off**3) - mean) <= 4 * third + 0.0035 * mean
 
 
 def test_images_of_one_stream_differ_by_what_their_bodies_do():
