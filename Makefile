@@ -7,7 +7,7 @@ PEERS := .venv-peers
 # Kernels compiled by numba are kept beside the environment and reused by every job.
 export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
 
-.PHONY: study smoke peers test lint format lock clean
+.PHONY: study smoke robust peers test lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -15,6 +15,9 @@ study: $(VENV)/ready  ## regenerate every table and figure: results/study/report
 
 smoke: $(VENV)/ready  ## the whole chain, coarse, in minutes: smoke/results/study/report.html
 	$(BIN)/snakemake --cores $(CORES) --configfile config/smoke.yaml --directory smoke
+
+robust: $(VENV)/ready  ## before a release: the study as it is, on meshes of 11 and 13 mm, with larger breasts (two hours)
+	$(BIN)/python tools/robust.py $(BIN)/snakemake $(CORES)
 
 test: $(VENV)/ready  ## laws of physics, units, errors by their words, and the whole chain on the tiny configuration
 	$(BIN)/pytest --numprocesses $(CORES) --no-loadscope-reorder
@@ -68,4 +71,4 @@ lock:  ## renew environment.lock and peers.lock from pyproject.toml (needs uv)
 	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
 
 clean:  ## forget the environment and every result
-	rm -rf $(VENV) $(PEERS) results smoke .snakemake
+	rm -rf $(VENV) $(PEERS) results smoke robust .snakemake

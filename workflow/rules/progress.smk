@@ -1,52 +1,126 @@
-# An estimate of the time left, from what each rule cost when it was last measured; and no time lost in between.
+# The time left, learned from the jobs that end; long chains of jobs first; and what failed, said at the end.
 import logging
 import time
 
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from mammosim.study.completeness import told_briefly
+from mammosim.study.last_words import Failure, last_words
+from mammosim.study.time_left import TimeLeft, chains, seconds_before, stranded
 
-class TimeLeft(logging.Handler):
-    """Names each job as it starts, and says 'about 12 min left' whenever one finishes.
+# What Snakemake says behind the last words, which say it, too.
+REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one job did not complete")
 
-    cost: seconds of one job of each rule, as measured before; their sum over the jobs still to do, divided by
-    the cores, is scaled by how fast this machine turned out to be.
+
+class Progress(logging.Handler):
+    """Names each job as it starts, says 'about 12 min left' as each one ends, and at last what failed.
+
+    costs: seconds of one job of each rule, as measured before; cores: how many jobs run at a time.
     """
 
-    def __init__(self, cost, cores):
+    def __init__(self, costs, cores):
         super().__init__()
-        self.cost, self.cores, self.rule_of = cost, cores, {}
-        self.left = self.done = 0.0
-        self.start = time.monotonic()
+        self.time_left, self.start = TimeLeft(costs, cores), time.time()
+        self.ended = None
 
     def emit(self, record):
-        event = getattr(record, "event", None)
-        if event == LogEvent.RUN_INFO:
-            counts = {rule: n for rule, n in record.stats.items() if rule != "total"}
-            self.left = sum(n * self.seconds(rule) for rule, n in counts.items())
-        elif event == LogEvent.JOB_INFO:
-            self.rule_of[record.jobid] = record.rule_name
-            logger.info(" ".join([record.rule_name, *map(str, dict(record.wildcards or {}).values())]))
-        elif event == LogEvent.JOB_FINISHED:
-            seconds = self.seconds(self.rule_of.get(record.job_id, ""))
-            self.left, self.done = max(self.left - seconds, 0.0), self.done + seconds
-        elif event == LogEvent.PROGRESS and record.done < record.total:
-            elapsed = time.monotonic() - self.start
-            # Two minutes of the table's own word keep the first jobs from swinging the estimate.
-            pace = (elapsed + 120) / (self.done / self.cores + 120)
-            logger.info(f"about {self.left / self.cores * pace / 60:.0f} min left, {elapsed / 60:.0f} min so far")
+        # Snakemake would end the run on an error in here.
+        try:
+            self.tell(record)
+        except Exception:
+            self.handleError(record)
 
-    def seconds(self, rule):
-        return self.cost.get(rule, 2.0)
+    def tell(self, record):
+        event = getattr(record, "event", None)
+        if event == LogEvent.JOB_INFO:
+            self.time_left.begin(record.jobid, record.rule_name, time.time())
+            logger.info(self.label(record.rule_name, record.wildcards))
+        elif event == LogEvent.JOB_FINISHED:
+            self.time_left.end(record.job_id, time.time())
+            self.ended = record.job_id
+        elif event == LogEvent.JOB_ERROR:
+            self.time_left.running.pop(record.jobid, None)
+        elif event == LogEvent.PROGRESS and record.done < record.total:
+            logger.info(self.words())
+            # By what has been learned; and a checkpoint may have brought new rules.
+            self.longest_chain_first()
+
+    def label(self, rule, wildcards):
+        """A job in one line: its rule and what it is about."""
+        return " ".join([rule, *map(str, dict(wildcards or {}).values())])
+
+    def to_do(self):
+        """Of the jobs that have not ended: id -> ids of the jobs that it needs, and id -> rule."""
+        dag = workflow.dag
+        jobs = {dag.jobid(job): job for job in dag.needrun_jobs()}
+        needs = {i: [dag.jobid(other) for other in dag.job_dependencies(job)] for i, job in jobs.items()}
+        return needs, {i: job.rule.name for i, job in jobs.items()}
+
+    def words(self):
+        """The time left, and the time so far."""
+        needs, rules = self.to_do()
+        failed = {workflow.dag.jobid(job) for job in workflow.scheduler.failed}
+        # Snakemake's graph still has the job whose end it reports.
+        out = {self.ended} | failed | stranded(needs, failed)
+        now = time.time()
+        left = self.time_left.left({job: needs[job] for job in needs if job not in out}, rules, now)
+        return f"about {max(left / 60, 1):.0f} min left, {(now - self.start) / 60:.0f} min so far"
+
+    def learn(self):
+        """What jobs took in this folder before: those of a rule together as much as one job of this run."""
+        for name, seconds in seconds_before(Path("results/benchmarks")).items():
+            self.time_left.learn(name, seconds)
+
+    def longest_chain_first(self):
+        """Of the jobs that are ready, the one goes first that begins the longest chain of jobs.
+
+        Else such a chain comes last: it takes one core, and the others are idle.
+        """
+        needs, rules = self.to_do()
+        expected = self.time_left.expected(set(rules.values()))
+        longest = {}
+        for job, seconds in chains(needs, {job: expected[name] for job, name in rules.items()}).items():
+            longest[rules[job]] = max(longest.get(rules[job], 0.0), seconds)
+        for each in workflow.rules:
+            each.priority = round(longest.get(each.name, 0.0))
+        workflow.dag.update_priority()
+
+    def last_words(self, run_log):
+        """Which jobs failed, why, and where their logs are; run_log: the files of what Snakemake has said."""
+        failed = workflow.scheduler.failed
+        names = [self.label(job.rule.name, job.wildcards_dict) for job in failed]
+        logs = [Path(job.log[0]).resolve() if job.log else None for job in failed]
+        return last_words(
+            map(Failure, names, logs),
+            not_run=len(self.to_do()[0]) - len(failed),
+            results=Path("results").resolve(),
+            run_log=Path(run_log[0]) if run_log else None,
+            since=self.start,
+        )
 
 
 if workflow.is_main_process and not workflow.dryrun:
     costs = pd.read_table(home("config/costs.tsv"), comment="#").set_index("rule").seconds.to_dict()
-    logger.addHandler(TimeLeft(costs, workflow.cores or 1))
+    PROGRESS = Progress(costs, workflow.nodes or workflow.cores or 1)
+    logger.addHandler(PROGRESS)
 
 
 onstart:
+    PROGRESS.learn()
+    PROGRESS.longest_chain_first()
     # Under a limit of jobs per second, the scheduler examines every ready job once a second for each job that has
     # ended, and soon does nothing else (pull request 3744 of snakemake). Jobs of this machine need no such limit.
     if workflow.local_exec:
         workflow.scheduler.job_rate_limiter = None
+
+
+onerror:
+    logger.error(PROGRESS.last_words(log))
+    logger.addFilter(lambda record: not str(record.msg).startswith(REPEATED))
+
+
+onsuccess:
+    gaps = Path("results/study/missing.csv")
+    if gaps.exists() and (lines := told_briefly(pd.read_csv(gaps, keep_default_na=False))):
+        logger.warning(lines)

@@ -34,6 +34,24 @@ PICTURES = [
 ]
 
 
+rule missing:
+    """What the study asked for and did not get, each reason once: the first page of the report names it."""
+    input:
+        tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
+        pictures=expand("results/study/figures/{name}.png", name=PICTURES),
+        library=library("missing.py"),
+    output:
+        "results/study/missing.csv",
+    log:
+        "results/logs/missing.log",
+    benchmark:
+        "results/benchmarks/missing/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/missing.py"
+
+
 rule report:
     """One page with every figure and table: results/study/report.html."""
     input:
@@ -42,6 +60,7 @@ rule report:
         tables=expand(
             "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
         ),
+        missing="results/study/missing.csv",
         quality="results/checked/all.csv",
         numbers="results/study/numbers.json",
         provenance="results/study/provenance.json",

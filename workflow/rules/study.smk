@@ -30,6 +30,7 @@ TABLES = {
     "compression": pressed_all_ways(".csv"),
     "compression_path": pressed_all_ways("_path.csv"),
     "compression_amounts": pressed_all_ways("_amounts.csv"),
+    "field": xrayed("results/xray/{v}/{side}/{strategy}_gravity_field.csv"),
     "conservation": xrayed("results/phantom/{v}/{side}/{strategy}_gravity_conservation.csv"),
     "dose": xrayed("results/xray/{v}/{side}/{strategy}_gravity_dose.csv"),
     "dose_routes": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_routes.csv", side=COMPRESSION["sides"]),

@@ -1,4 +1,9 @@
 # From the compressed breast to its X-ray image and dose.
+from snakemake.logging import logger
+
+from mammosim.io.tabulated import tabulated
+from mammosim.study.foreseen import foreseen
+
 XRAY = config["xray"]
 MEASURED = STRESS_FREE["position"]
 GEOMETRY = {
@@ -6,6 +11,9 @@ GEOMETRY = {
 }
 
 known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
+if workflow.is_main_process:
+    for words in foreseen(config, STRATEGIES, tabulated("imaging_systems").set_index("system").to_dict("index")):
+        logger.warning(f"A gap is to be expected: {words}.")
 SCATTERED = "scatter" in XRAY["effects"]
 TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")
 CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", *TUBE)
@@ -37,6 +45,27 @@ rule phantom:
         mem_mb=4000,
     script:
         "../scripts/phantom.py"
+
+
+rule field:
+    """Whether the detectors hold the compressed breast in all views: known before any photon is followed."""
+    input:
+        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
+        library=library("field.py"),
+    output:
+        rows="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
+    params:
+        geometry=GEOMETRY,
+        scan={key: XRAY["tomosynthesis"][key] for key in ("system", "pixel_mm")},
+    log:
+        "results/logs/field/{v}_{side}_{strategy}_{moduli}.log",
+    benchmark:
+        "results/benchmarks/field/{v}_{side}_{strategy}_{moduli}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/field.py"
 
 
 rule spectrum:
@@ -81,6 +110,7 @@ rule dose:
     """Glandular dose of one compressed breast by photon Monte Carlo, with its standard error."""
     input:
         phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
@@ -105,6 +135,7 @@ rule scatter:
     """Scatter of one compressed breast on the detector, to the asked error per cell behind it."""
     input:
         phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
@@ -130,6 +161,7 @@ rule mammogram:
     """The X-ray image with quantum noise, with and without the lesion, and the lesion's contrast-to-noise ratio."""
     input:
         phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
@@ -161,6 +193,7 @@ rule tomosynthesis:
     """Views over the arc of a system with noise and scatter, and slices of them by two reconstructions."""
     input:
         phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
+        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
         plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",

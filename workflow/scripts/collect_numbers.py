@@ -1,9 +1,11 @@
 """Every number of the study's tables by name, and the headlines that the report quotes."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import _log
 
+from mammosim.core.errors import MissingResult
 from mammosim.io.tables import read_table, write_json
 from mammosim.study.headlines import headlines
 from mammosim.study.summary import numbers
@@ -40,7 +42,10 @@ TIMES = ["seconds", "forward_solves"]
 
 
 def main(paths: list[str], out: str) -> None:
-    tables = {Path(path).stem: read_table(path) for path in paths}
+    tables = {}
+    for path in paths:
+        with suppress(MissingResult):  # a number of a table that is missing is a dash in the report
+            tables[Path(path).stem] = read_table(path)
     quoted = {name: tables[name].drop(columns=TIMES, errors="ignore") for name in KEYS if name in tables}
     write_json(headlines(tables) | numbers(quoted, KEYS), out)
 

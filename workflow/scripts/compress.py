@@ -1,12 +1,15 @@
 """One breast pressed by one strategy from its stress-free shape: shape, way, thickness, strain, pressure."""
 
-import _log
+import sys
+
+import _stage
 import numpy as np
 import pandas as pd
 
-from mammosim.core.errors import MechanicsError
+from mammosim.core.errors import MechanicsError, MeshError
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
+from mammosim.io.missing import write_missing
 from mammosim.io.tables import read_table, write_json, write_table
 from mammosim.study.points import MaterialPoints
 from mammosim.study.pressed import pressed, refused
@@ -25,11 +28,13 @@ def main(files: dict, job: dict, settings: dict) -> None:
         found = Strategy.of(settings["strategy"]).press(scene)
         made = pressed(scene, found, settings["thresholds"])
         shapes |= Way.of(found).point_data() if job["strategy"] == STANDARD else {}
-    except MechanicsError as error:
+        write_json(made.plates, files["plates"])
+    except (MechanicsError, MeshError) as error:
         made = refused(mesh, str(error))
+        sys.stderr.write(f"\n{' '.join(job.values())}: {made.row['outcome']}\n\n")
+        write_missing(files["plates"], f"compress {' '.join(job.values())}: {error}")
     cells = {name: made.cells[name].to_numpy() for name in made.cells.columns.drop("tissue")}
     write_mesh(mesh.moved_to(made.points), files["shape"], point_data=shapes, cell_data=cells)
-    write_json(made.plates, files["plates"])
     write_table(made.faces, files["faces"])
     tables = {"path": made.path, "amounts": made.amounts, "thickness": made.thickness}
     for name, table in (tables | {"row": pd.DataFrame([made.row])}).items():
@@ -43,9 +48,9 @@ def way_of(files: list[str]) -> Way:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    job = {"volunteer": snakemake.wildcards.v} | {
-        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
-    }
-    files = dict(snakemake.input.items()) | dict(snakemake.output.items())
-    main(files, job, dict(snakemake.params.items()))
+    with _stage.run(snakemake):
+        job = {"volunteer": snakemake.wildcards.v} | {
+            name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+        }
+        files = dict(snakemake.input.items()) | dict(snakemake.output.items())
+        main(files, job, dict(snakemake.params.items()))

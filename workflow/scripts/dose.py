@@ -2,17 +2,19 @@
 
 from dataclasses import asdict
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.field import MAMMOGRAM, require_held
 from mammosim.study.mammogram import dose_in
 from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
+    require_held(read_table(files["field"]), MAMMOGRAM)
     labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
     dose = dose_in(
         labels,
@@ -26,13 +28,13 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    job = {"volunteer": snakemake.wildcards.v} | {
-        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
-    }
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
-        job,
-        seed_of(snakemake.params.seed, *job.values(), "photons"),
-    )
+    with _stage.run(snakemake):
+        job = {"volunteer": snakemake.wildcards.v} | {
+            name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+        }
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            dict(snakemake.params.items()),
+            job,
+            seed_of(snakemake.params.seed, *job.values(), "photons"),
+        )

@@ -1,6 +1,6 @@
 """Glandular dose of one breast by three routes, and of the standard breasts by two."""
 
-import _log
+import _stage
 
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
@@ -29,12 +29,12 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    names = {name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")}
-    job = {"volunteer": snakemake.wildcards.v} | names
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
-        job,
-        seed_of(snakemake.params.seed, *job.values(), "routes"),
-    )
+    with _stage.run(snakemake):
+        names = {name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")}
+        job = {"volunteer": snakemake.wildcards.v} | names
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            dict(snakemake.params.items()),
+            job,
+            seed_of(snakemake.params.seed, *job.values(), "routes"),
+        )

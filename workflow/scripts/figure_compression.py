@@ -1,6 +1,6 @@
 """One breast between the plates: shape, strain, pressure."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.figures.compression import Plate, compressed_breast
@@ -28,5 +28,5 @@ def main(files: dict[str, str], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.output[0])

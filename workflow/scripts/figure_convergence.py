@@ -1,6 +1,6 @@
 """The residual of every method that iterates towards the stress-free shape."""
 
-import _log
+import _stage
 
 from mammosim.figures.deformation import convergence
 from mammosim.io.figures import write_figure
@@ -12,5 +12,5 @@ def main(table: str, tolerance_mm: float, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.table, snakemake.params.tolerance_mm, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.table, snakemake.params.tolerance_mm, snakemake.output[0])

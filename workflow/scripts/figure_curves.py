@@ -1,6 +1,6 @@
 """Force, area and pressure on the way of every strategy."""
 
-import _log
+import _stage
 
 from mammosim.figures.strategies import Marks, curves
 from mammosim.io.figures import write_figure
@@ -21,5 +21,5 @@ def main(table: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.table, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.table, snakemake.output[0])

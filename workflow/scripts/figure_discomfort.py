@@ -1,6 +1,6 @@
 """Strain, energy and pressure in one breast, by every strategy that was not refused."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.figures.strategies import Strained, discomfort
@@ -23,5 +23,5 @@ def main(files: dict, strategies: list[str], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.params.strategies, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.params.strategies, snakemake.output[0])

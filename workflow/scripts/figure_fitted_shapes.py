@@ -1,6 +1,6 @@
 """Prone and supine as measured, the stress-free shape of the fit, and supine as the fit predicts it."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.figures.deformation import stress_free
@@ -24,5 +24,5 @@ def main(files: dict[str, str], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.output[0])

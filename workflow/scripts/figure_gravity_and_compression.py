@@ -1,6 +1,6 @@
 """Moduli fitted under gravity beside those used under compression."""
 
-import _log
+import _stage
 
 from mammosim.figures.literature import gravity_and_compression
 from mammosim.io.figures import write_figure
@@ -15,5 +15,5 @@ def main(fitted: str, ratios: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.fitted, snakemake.input.ratios, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.fitted, snakemake.input.ratios, snakemake.output[0])

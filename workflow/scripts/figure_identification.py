@@ -1,6 +1,6 @@
 """The search by hand, the way of the fit, and the moduli with their intervals."""
 
-import _log
+import _stage
 
 from mammosim.figures.identification import identification
 from mammosim.io.figures import write_figure
@@ -13,5 +13,5 @@ def main(files: dict[str, str], prior: dict, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.params.prior, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.params.prior, snakemake.output[0])

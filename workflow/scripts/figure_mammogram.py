@@ -1,6 +1,6 @@
 """The mammogram of one breast as it is read."""
 
-import _log
+import _stage
 
 from mammosim.figures.radiograph import mammogram
 from mammosim.io.figures import write_figure
@@ -17,5 +17,5 @@ def main(files: dict[str, str], side: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.wildcards.side, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.wildcards.side, snakemake.output[0])

@@ -1,6 +1,6 @@
 """The mesh of one position: its skin, and its tissues on a cut through the left nipple."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.figures.surfaces import mesh_with_tissues
@@ -16,5 +16,5 @@ def main(mesh: str, fiducials: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.mesh, snakemake.input.fiducials, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.mesh, snakemake.input.fiducials, snakemake.output[0])

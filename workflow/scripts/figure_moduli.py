@@ -1,6 +1,6 @@
 """Moduli in the literature and in this study, with the intervals of its fits."""
 
-import _log
+import _stage
 
 from mammosim.figures.literature import moduli
 from mammosim.io.figures import write_figure
@@ -15,5 +15,5 @@ def main(fitted: str, here: dict[str, tuple[float, float]], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.fitted, snakemake.params.here, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.fitted, snakemake.params.here, snakemake.output[0])

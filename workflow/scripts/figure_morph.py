@@ -1,6 +1,6 @@
 """Prone, supine, prone morphed onto supine, and the mean that unloading starts from."""
 
-import _log
+import _stage
 
 from mammosim.figures.morph import morph
 from mammosim.io.fiducials import read_fiducials
@@ -19,5 +19,5 @@ def main(files: dict[str, str], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.output[0])

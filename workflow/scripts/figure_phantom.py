@@ -1,6 +1,6 @@
 """Slices through the voxels of one compressed breast."""
 
-import _log
+import _stage
 
 from mammosim.figures.radiograph import phantom_slices
 from mammosim.io.figures import write_figure
@@ -12,5 +12,5 @@ def main(labels: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.labels, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.labels, snakemake.output[0])

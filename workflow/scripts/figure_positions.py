@@ -1,6 +1,6 @@
 """One volunteer as scanned, in every position."""
 
-import _log
+import _stage
 
 from mammosim.figures.volunteers import positions
 from mammosim.io.fiducials import read_fiducials
@@ -19,10 +19,10 @@ def main(images: list[str], fiducials: list[str], gravity: dict[str, str], out: 
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        snakemake.input.images,
-        snakemake.input.fiducials,
-        snakemake.params.gravity,
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            snakemake.input.images,
+            snakemake.input.fiducials,
+            snakemake.params.gravity,
+            snakemake.output[0],
+        )

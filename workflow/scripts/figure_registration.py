@@ -1,6 +1,6 @@
 """One position over the reference position, before and after registration."""
 
-import _log
+import _stage
 
 from mammosim.core.rigid import IDENTITY
 from mammosim.figures.volunteers import registration
@@ -20,5 +20,5 @@ def main(files: dict[str, str], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.output[0])

@@ -1,6 +1,6 @@
 """Tissues over the image of one position, with their overlap with the truth where that is known."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.figures.volunteers import segmentation
@@ -18,6 +18,6 @@ def main(files: dict[str, str], dice: list[str], behind_mm: float, out: str) -> 
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    inputs = {name: snakemake.input[name] for name in ("image", "labels", "fiducials")}
-    main(inputs, list(snakemake.input.dice), snakemake.params.behind_mm, snakemake.output[0])
+    with _stage.run(snakemake):
+        inputs = {name: snakemake.input[name] for name in ("image", "labels", "fiducials")}
+        main(inputs, list(snakemake.input.dice), snakemake.params.behind_mm, snakemake.output[0])

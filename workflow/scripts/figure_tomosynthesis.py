@@ -1,6 +1,6 @@
 """Slices of one breast, and how far its lesion is seen above and below its own slice."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.core.labels import Label
@@ -18,5 +18,5 @@ def main(files: dict[str, str], side: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.wildcards.side, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.wildcards.side, snakemake.output[0])

@@ -1,6 +1,6 @@
 """The ways to the stress-free shape, compared on digital volunteers."""
 
-import _log
+import _stage
 
 from mammosim.figures.unloading import unloading
 from mammosim.io.figures import write_figure
@@ -12,5 +12,5 @@ def main(table: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.table, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.table, snakemake.output[0])

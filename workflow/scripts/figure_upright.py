@@ -1,6 +1,6 @@
 """One volunteer upright, with skins of several moduli."""
 
-import _log
+import _stage
 
 from mammosim.figures.deformation import upright
 from mammosim.io.fiducials import read_fiducials
@@ -20,7 +20,7 @@ def main(files: dict[str, str], shapes: dict[str, str], volunteer: str, out: str
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    inputs = {name: snakemake.input[name] for name in ("measured", "table", "fiducials")}
-    names = ["without skin" if E == 0 else f"skin {E:g} kPa" for E in snakemake.params.skin_kpa]
-    main(inputs, dict(zip(names, snakemake.input.shapes)), snakemake.wildcards.v, snakemake.output[0])
+    with _stage.run(snakemake):
+        inputs = {name: snakemake.input[name] for name in ("measured", "table", "fiducials")}
+        names = ["without skin" if E == 0 else f"skin {E:g} kPa" for E in snakemake.params.skin_kpa]
+        main(inputs, dict(zip(names, snakemake.input.shapes)), snakemake.wildcards.v, snakemake.output[0])

@@ -1,6 +1,6 @@
 """A position that no fit saw, predicted over measured, and the distances of the skin in every position."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.figures.validation import SkinMap, prediction
@@ -32,10 +32,10 @@ def main(files: dict, position: str, fitted: dict[str, bool], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()),
-        snakemake.wildcards.p,
-        dict(snakemake.params.fitted),
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()),
+            snakemake.wildcards.p,
+            dict(snakemake.params.fitted),
+            snakemake.output[0],
+        )

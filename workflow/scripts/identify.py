@@ -1,6 +1,6 @@
 """Moduli of one volunteer from two positions: intervals, draws, stress-free shape, way of the fit."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.io.meshes import write_mesh
@@ -30,11 +30,11 @@ def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dic
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        snakemake.params.gravity,
-        snakemake.params.tissues,
-        snakemake.params.settings | {"seed": snakemake.params.seed},
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            snakemake.params.gravity,
+            snakemake.params.tissues,
+            snakemake.params.settings | {"seed": snakemake.params.seed},
+        )

@@ -1,6 +1,6 @@
 """What is left of skin and markers on a grid of two moduli: the search by hand."""
 
-import _log
+import _stage
 
 from mammosim.io.tables import write_table
 from mammosim.study.identification import Prior, Problem
@@ -16,11 +16,11 @@ def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dic
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | {"grid": snakemake.output[0]},
-        snakemake.wildcards.v,
-        snakemake.params.gravity,
-        snakemake.params.tissues,
-        snakemake.params.settings,
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | {"grid": snakemake.output[0]},
+            snakemake.wildcards.v,
+            snakemake.params.gravity,
+            snakemake.params.tissues,
+            snakemake.params.settings,
+        )

@@ -1,6 +1,6 @@
 """The X-ray image of one compressed breast with a lesion, and how well lesion and calcifications show."""
 
-import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -9,12 +9,14 @@ from mammosim.core.volume import Grid, Image
 from mammosim.io.images import read_labels, write_image
 from mammosim.io.tables import read_json, read_table, write_table
 from mammosim.study.calcifications import Search, cluster_row
+from mammosim.study.field import MAMMOGRAM, require_held
 from mammosim.study.image_chain import Taken
 from mammosim.study.mammogram import View, mammogram, scatter_from
 from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict, settings: dict, job: dict, seed: int) -> None:
+    require_held(read_table(files["field"]), MAMMOGRAM)
     labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
     geometry = craniocaudal(labels, chest_y_mm=plates["chest_y_mm"], **settings["geometry"])
     middle = settings["geometry"]["support_to_detector_mm"] + plates["thickness_mm"] / 2
@@ -40,13 +42,13 @@ def main(files: dict, settings: dict, job: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    job = {"volunteer": snakemake.wildcards.v} | {
-        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
-    }
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
-        job,
-        snakemake.params.seed,
-    )
+    with _stage.run(snakemake):
+        job = {"volunteer": snakemake.wildcards.v} | {
+            name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+        }
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            dict(snakemake.params.items()),
+            job,
+            snakemake.params.seed,
+        )

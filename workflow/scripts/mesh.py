@@ -1,6 +1,6 @@
 """Quadratic tetrahedra of one segmented position, moved into the reference frame, with a quality table."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.io.fiducials import read_fiducials
@@ -24,10 +24,10 @@ def main(files: dict[str, str], volunteer: str, position: str, settings: dict) -
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        snakemake.wildcards.p,
-        snakemake.params.settings,
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            snakemake.wildcards.p,
+            snakemake.params.settings,
+        )

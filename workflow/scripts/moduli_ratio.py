@@ -1,6 +1,6 @@
 """How much stiffer tissues are under compression than under gravity: a row per tissue that has both."""
 
-import _log
+import _stage
 
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.tabulated import tabulated
@@ -12,5 +12,5 @@ def main(fitted: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.fitted, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.fitted, snakemake.output[0])

@@ -1,6 +1,6 @@
 """Prone in the shape of supine, and their mean, with the distance left after every level."""
 
-import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -26,9 +26,9 @@ def main(files: dict[str, str], volunteer: str, settings: dict) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        snakemake.params.settings,
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            snakemake.params.settings,
+        )

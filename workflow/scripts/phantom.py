@@ -1,6 +1,6 @@
 """The compressed breast as voxels between the plates, with a lesion, and what was conserved on the way."""
 
-import _log
+import _stage
 import numpy as np
 
 from mammosim.core.labels import Label
@@ -10,11 +10,10 @@ from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_json, write_table
 from mammosim.io.transforms import read_transform
 from mammosim.study.phantom import Lesion, conservation, field_box, field_grid, voxel_breast, with_lesion
-from mammosim.study.pressed import require_pressed
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:
-    mesh, plates = read_mesh(files["shape"]), require_pressed(read_json(files["plates"]), **job)
+    mesh, plates = read_mesh(files["shape"]), read_json(files["plates"])
     segmentation = read_labels(files["labels"])
     to_scanner = read_transform(files["transform"]).inverse()
     measured = to_scanner(read_mesh(files["measured"]).points)
@@ -39,13 +38,13 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    job = {"volunteer": snakemake.wildcards.v} | {
-        name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
-    }
-    main(
-        dict(snakemake.input.items())
-        | {"phantom": snakemake.output.labels, "conservation": snakemake.output.conservation},
-        job,
-        dict(snakemake.params.items()),
-    )
+    with _stage.run(snakemake):
+        job = {"volunteer": snakemake.wildcards.v} | {
+            name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")
+        }
+        main(
+            dict(snakemake.input.items())
+            | {"phantom": snakemake.output.labels, "conservation": snakemake.output.conservation},
+            job,
+            dict(snakemake.params.items()),
+        )

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-import _log
+import _stage
 
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
@@ -38,9 +38,9 @@ def main(files: dict[str, str], volunteer: str, settings: dict) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        dict(snakemake.params.items()),
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            dict(snakemake.params.items()),
+        )

@@ -1,6 +1,6 @@
 """How much energy every draw would store in the fit's shape between the plates."""
 
-import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -23,10 +23,10 @@ def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()),
-        {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
-        dict(snakemake.params.items()),
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()),
+            {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
+            dict(snakemake.params.items()),
+            snakemake.output[0],
+        )

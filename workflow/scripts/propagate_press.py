@@ -1,6 +1,6 @@
 """One draw of the fit between the plates: its force and its glandular dose."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.rng import seed_of
@@ -37,12 +37,12 @@ def main(files: dict, job: dict, settings: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    job = {key: snakemake.wildcards[key] for key in ("side", "rank")}
-    volunteer = snakemake.wildcards.v
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        {"volunteer": volunteer} | job,
-        dict(snakemake.params.items()),
-        seed_of(snakemake.params.seed, volunteer, *job.values(), "photons"),
-    )
+    with _stage.run(snakemake):
+        job = {key: snakemake.wildcards[key] for key in ("side", "rank")}
+        volunteer = snakemake.wildcards.v
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            {"volunteer": volunteer} | job,
+            dict(snakemake.params.items()),
+            seed_of(snakemake.params.seed, volunteer, *job.values(), "photons"),
+        )

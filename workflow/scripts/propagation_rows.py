@@ -1,17 +1,15 @@
 """The interval of everything that follows from the moduli, and the draws that were pressed."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.io.fiducials import read_fiducials
-from mammosim.io.tables import read_table, write_table
+from mammosim.io.tables import read_table, read_those_there, write_table
 from mammosim.study.propagation import FIT, position_rows, pressed_rows
 
 
 def main(files: dict, volunteer: str) -> None:
-    pressed, order = (
-        pd.concat(map(read_table, files[name]), ignore_index=True) for name in ("pressed", "order")
-    )
+    pressed, order = (read_those_there(files[name]) for name in ("pressed", "order"))
     pressed = pressed.merge(order, on=["volunteer", "side", "draw"])
     rows = position_rows(read_table(files["nipples"]), read_fiducials(files["fiducials"]))
     rows += pressed_rows(pressed, ranked=int(order.stored_energy_mj[order.draw > FIT].notna().sum()))
@@ -22,5 +20,5 @@ def main(files: dict, volunteer: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()) | dict(snakemake.output.items()), snakemake.wildcards.v)
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()) | dict(snakemake.output.items()), snakemake.wildcards.v)

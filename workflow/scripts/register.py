@@ -1,6 +1,6 @@
 """The rigid motion of one position into the reference frame, applied to its image and fiducials."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.fiducials import Fiducials
@@ -33,10 +33,10 @@ def main(files: dict[str, str], volunteer: str, position: str, settings: Setting
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        snakemake.wildcards.p,
-        Settings(**snakemake.params.settings),
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            snakemake.wildcards.p,
+            Settings(**snakemake.params.settings),
+        )

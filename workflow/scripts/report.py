@@ -8,11 +8,12 @@ import yaml
 
 from mammosim.figures.cost import time_and_memory
 from mammosim.io.figures import png_of
-from mammosim.io.tables import read_json, read_table
+from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.bibliography import entries
+from mammosim.study.completeness import told
 from mammosim.study.layout import Contents, sections
-from mammosim.study.report import report
+from mammosim.study.report import Listing, Section, report
 
 
 def main(files: dict, title: str, out: str) -> None:
@@ -30,12 +31,19 @@ def main(files: dict, title: str, out: str) -> None:
         pages=pages,
         made=[Path(path).stem for path in of_pages[".json"]],
     )
+    shown = (shown[0], completeness(read_rows(files["missing"])), *shown[1:])
     Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout["subtitle"]))
+
+
+def completeness(missing: pd.DataFrame) -> Section:
+    """What is missing and why, for the first page."""
+    listing = Listing(missing, "What is missing, and which tables and figures lack it.")
+    return Section("What is missing", told(missing), () if missing.empty else (listing,))
 
 
 def tables(files: dict, of_pages: list[str]) -> dict[str, pd.DataFrame]:
     """Every table by name: those of the study, of its pages, and of what made them."""
-    frames = {Path(path).stem: read_table(path) for path in files["tables"] + of_pages}
+    frames = {Path(path).stem: read_rows(path) for path in files["tables"] + of_pages}
     made = read_json(files["provenance"])
     frames["quality"] = read_table(files["quality"])
     frames["assumptions"] = pd.DataFrame(made["assumptions"])

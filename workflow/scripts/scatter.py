@@ -1,15 +1,17 @@
 """Scatter of one compressed breast on the detector by photon Monte Carlo."""
 
-import _log
+import _stage
 
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.field import MAMMOGRAM, require_held
 from mammosim.study.mammogram import scatter_behind, scatter_cells
 from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict[str, str], settings: dict, seed: int) -> None:
+    require_held(read_table(files["field"]), MAMMOGRAM)
     labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
     found = scatter_behind(
         labels,
@@ -23,10 +25,10 @@ def main(files: dict[str, str], settings: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    job = [snakemake.wildcards[name] for name in ("v", "side", "strategy", "moduli")]
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
-        seed_of(snakemake.params.seed, *job, "scatter"),
-    )
+    with _stage.run(snakemake):
+        job = [snakemake.wildcards[name] for name in ("v", "side", "strategy", "moduli")]
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            dict(snakemake.params.items()),
+            seed_of(snakemake.params.seed, *job, "scatter"),
+        )

@@ -1,6 +1,6 @@
 """The fitted moduli of a digital volunteer beside the true ones."""
 
-import _log
+import _stage
 
 from mammosim.io.tables import read_table, write_table
 from mammosim.study.recovery import scored
@@ -13,5 +13,5 @@ def main(files: dict[str, str], seed: int, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.params.seed, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.params.seed, snakemake.output[0])

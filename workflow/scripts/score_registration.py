@@ -1,6 +1,6 @@
 """How far the estimated rigid motion is from the true one, at the breast markers and nipples."""
 
-import _log
+import _stage
 
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.tables import read_table, write_table
@@ -18,10 +18,10 @@ def main(files: dict[str, str], volunteer: str, position: str, out: str) -> None
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()),
-        snakemake.wildcards.w,
-        snakemake.wildcards.p,
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()),
+            snakemake.wildcards.w,
+            snakemake.wildcards.p,
+            snakemake.output[0],
+        )

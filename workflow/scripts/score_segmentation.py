@@ -1,6 +1,6 @@
 """Overlap of each tissue with the truth."""
 
-import _log
+import _stage
 
 from mammosim.imaging.overlap import dice
 from mammosim.io.images import read_labels
@@ -15,11 +15,11 @@ def main(labels: str, truth: str, volunteer: str, position: str, out: str) -> No
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        snakemake.input.labels,
-        snakemake.input.truth,
-        snakemake.wildcards.w,
-        snakemake.wildcards.p,
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            snakemake.input.labels,
+            snakemake.input.truth,
+            snakemake.wildcards.w,
+            snakemake.wildcards.p,
+            snakemake.output[0],
+        )

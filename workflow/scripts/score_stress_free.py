@@ -1,6 +1,6 @@
 """Distance between the estimated and the true stress-free skin."""
 
-import _log
+import _stage
 
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import write_table
@@ -15,10 +15,10 @@ def main(files: dict[str, str], volunteer: str, method: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()),
-        snakemake.wildcards.w,
-        snakemake.wildcards.method,
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()),
+            snakemake.wildcards.w,
+            snakemake.wildcards.method,
+            snakemake.output[0],
+        )

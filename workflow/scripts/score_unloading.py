@@ -1,6 +1,6 @@
 """Every way to the stress-free shape of one digital volunteer, with the right moduli, for one modulus."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.positions import gravity_direction
@@ -21,11 +21,11 @@ def main(job: dict, woman: dict, tissues: dict, element_mm: dict, out: str) -> N
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        {"volunteer": snakemake.wildcards.w, "youngs_modulus_kpa": float(snakemake.wildcards.kpa)},
-        snakemake.params.woman,
-        snakemake.params.tissues,
-        snakemake.params.element_mm,
-        snakemake.output[0],
-    )
+    with _stage.run(snakemake):
+        main(
+            {"volunteer": snakemake.wildcards.w, "youngs_modulus_kpa": float(snakemake.wildcards.kpa)},
+            snakemake.params.woman,
+            snakemake.params.tissues,
+            snakemake.params.element_mm,
+            snakemake.output[0],
+        )

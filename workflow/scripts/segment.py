@@ -1,6 +1,6 @@
 """Tissue labels of one image from a few strokes, and the probability of gland."""
 
-import _log
+import _stage
 
 from mammosim.core.rng import seed_of
 from mammosim.imaging.segmentation import Settings, segment
@@ -15,12 +15,12 @@ def main(image: str, strokes: str, settings: Settings, labels: str, probability:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    v, p = snakemake.wildcards.v, snakemake.wildcards.p
-    main(
-        snakemake.input.image,
-        snakemake.input.strokes,
-        Settings(**snakemake.params.settings, seed=seed_of(snakemake.params.seed, v, p, "segment")),
-        snakemake.output.labels,
-        snakemake.output.probability,
-    )
+    with _stage.run(snakemake):
+        v, p = snakemake.wildcards.v, snakemake.wildcards.p
+        main(
+            snakemake.input.image,
+            snakemake.input.strokes,
+            Settings(**snakemake.params.settings, seed=seed_of(snakemake.params.seed, v, p, "segment")),
+            snakemake.output.labels,
+            snakemake.output.probability,
+        )

@@ -1,6 +1,6 @@
 """The shape without gravity by one method: mesh, and the residual at every iteration."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.tissues import tissues_by_label
@@ -32,13 +32,13 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
 HISTORY = ["iteration", "mean_mm", "max_mm", "damping", "factorisations", "seconds"]
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        {
-            "volunteer": snakemake.wildcards.v,
-            "position": snakemake.wildcards.p,
-            "method": snakemake.wildcards.method,
-        },
-        dict(snakemake.params.items()),
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            {
+                "volunteer": snakemake.wildcards.v,
+                "position": snakemake.wildcards.p,
+                "method": snakemake.wildcards.method,
+            },
+            dict(snakemake.params.items()),
+        )

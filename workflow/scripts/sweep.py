@@ -1,6 +1,6 @@
 """From supine to prone with one modulus: a row of the report's table 1.2, and the predicted shape."""
 
-import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -34,11 +34,11 @@ def main(files: dict[str, str], volunteer: str, kpa: float, settings: dict, grav
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        float(snakemake.wildcards.kpa),
-        snakemake.params.settings,
-        snakemake.params.gravity,
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            float(snakemake.wildcards.kpa),
+            snakemake.params.settings,
+            snakemake.params.gravity,
+        )

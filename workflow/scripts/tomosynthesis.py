@@ -3,7 +3,7 @@
 import time
 from functools import partial
 
-import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -11,6 +11,7 @@ from mammosim.core.rng import generator, seed_of
 from mammosim.core.volume import Image
 from mammosim.io.images import read_labels, write_image
 from mammosim.io.tables import read_json, read_table, write_table
+from mammosim.study.field import TOMOSYNTHESIS, require_held
 from mammosim.study.tomosynthesis import Arc, Masks, lesion_alone, slices_grid
 from mammosim.study.view import spectrum_from
 from mammosim.xray.reconstruction import filtered_backprojection, sart
@@ -18,6 +19,7 @@ from mammosim.xray.systems import system_named
 
 
 def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
+    require_held(read_table(files["field"]), TOMOSYNTHESIS)
     labels, plates = read_labels(files["phantom"]), read_json(files["plates"])
     spectrum = spectrum_from(read_table(files["spectrum"]), read_json(files["facts"]))
     given, system = settings["scan"], system_named(settings["scan"]["system"])
@@ -48,11 +50,11 @@ def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    names = {name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")}
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
-        {"volunteer": snakemake.wildcards.v} | names,
-        snakemake.params.seed,
-    )
+    with _stage.run(snakemake):
+        names = {name: snakemake.wildcards[name] for name in ("side", "strategy", "moduli")}
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            dict(snakemake.params.items()),
+            {"volunteer": snakemake.wildcards.v} | names,
+            snakemake.params.seed,
+        )

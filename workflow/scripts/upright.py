@@ -1,6 +1,6 @@
 """Upright from prone, with or without skin: one row of displacements, and the predicted shape."""
 
-import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -30,11 +30,11 @@ def main(files: dict[str, str], volunteer: str, skin_kpa: float, settings: dict,
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        snakemake.wildcards.v,
-        float(snakemake.wildcards.skin_kpa),
-        snakemake.params.settings | {"tissue": snakemake.params.tissue},
-        snakemake.params.gravity,
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            snakemake.wildcards.v,
+            float(snakemake.wildcards.skin_kpa),
+            snakemake.params.settings | {"tissue": snakemake.params.tissue},
+            snakemake.params.gravity,
+        )

@@ -1,6 +1,6 @@
 """One measured position against the prediction of the fitted body: a row per quantity, and the shape."""
 
-import _log
+import _stage
 
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
@@ -37,13 +37,13 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        {
-            "volunteer": snakemake.wildcards.v,
-            "position": snakemake.wildcards.p,
-            "fitted": snakemake.params.fitted,
-        },
-        dict(snakemake.params.items()),
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            {
+                "volunteer": snakemake.wildcards.v,
+                "position": snakemake.wildcards.p,
+                "fitted": snakemake.params.fitted,
+            },
+            dict(snakemake.params.items()),
+        )

@@ -54,3 +54,7 @@ class IdentificationError(MammosimError):
 
 class XrayError(MammosimError):
     """Spectrum, geometry, materials or tallies are impossible."""
+
+
+class MissingResult(MammosimError):
+    """A result that an earlier stage could not give; the message is what that stage said."""

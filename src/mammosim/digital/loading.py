@@ -10,6 +10,7 @@ from mammosim.digital.constitution import Constitution
 from mammosim.digital.mound import skin_layers_mm
 from mammosim.mechanics.equilibrium import Equilibrium, Settings
 from mammosim.meshing.boundary import boundary_faces
+from mammosim.meshing.lattice import POINT_MM, on_lattice
 from mammosim.meshing.surface import Surface, surface_of_field
 from mammosim.meshing.tetrahedra import mesh_surface
 
@@ -21,7 +22,8 @@ LATTICE = 5  # points of a cell at which its tissue is asked: a lattice of this 
 def truth_mesh(anatomy: Anatomy, *, breast_mm: float, chest_mm: float) -> TetMesh:
     """The stress-free soft tissue in the body frame, with tissues and the boundaries `skin` and `posterior`.
 
-    Elements have about breast_mm in the breasts, growing to chest_mm away from them. Raises MeshError.
+    Elements have about breast_mm in the breasts, growing to chest_mm away from them. Last bits of the fields
+    do not change the mesh. Raises MeshError.
     """
 
     def size(points: np.ndarray) -> np.ndarray:
@@ -68,16 +70,22 @@ def _surface(anatomy: Anatomy) -> Surface:
     half_width = max(torso, *(abs(mound.centre[0]) + mound.radii[0] for mound in anatomy.mounds))
     high = np.array([half_width, chest.region_back_mm, chest.region_half_height_mm]) + 2 * FIELD_MM
     low = np.array([-high[0], front - 2 * FIELD_MM, -high[2]])
-    grid = grid_around(low, high, FIELD_MM)
+    grid = grid_around(on_lattice(low, POINT_MM), on_lattice(high, POINT_MM), FIELD_MM)
     return surface_of_field(anatomy.soft_tissue_field(grid.centres()).reshape(grid.shape), grid)
 
 
 def _boundaries(anatomy: Anatomy, mesh: TetMesh) -> dict[str, np.ndarray]:
-    """Outer faces: `skin` where the skin is the nearest of the region's limits, else `posterior`."""
+    """Outer faces: `skin` where the skin is nearer than the region's other limits, else `posterior`.
+
+    Distances are compared to POINT_MM, so that last bits do not decide between equal ones.
+    """
     outer = boundary_faces(mesh.cells)
     centres = mesh.points[outer[:, :3]].mean(axis=1)
-    held = np.minimum(np.abs(anatomy.rib_distance(centres)), np.abs(anatomy.region_field(centres)))
-    skin = np.abs(anatomy.outer_field(centres)) < held
+    to_skin, to_rib, to_cut = (
+        on_lattice(np.abs(field(centres)), POINT_MM)
+        for field in (anatomy.outer_field, anatomy.rib_distance, anatomy.region_field)
+    )
+    skin = to_skin < np.minimum(to_rib, to_cut)
     return {"skin": outer[skin], "posterior": outer[~skin]}
 
 

@@ -8,12 +8,14 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, Image, LabelMap
 from mammosim.io.atomic import replacing
+from mammosim.io.missing import require_there
 
 
 def read_image(path: str | Path) -> Image:
     """Intensities (nz, ny, nx) float32, axes permuted and flipped to the order (z, y, x), not resampled.
 
-    Raises ImageError when the file is absent, unreadable, or not a volume.
+    Raises ImageError when the file is absent, unreadable, or not a volume; MissingResult when it says that
+    the image is missing.
     """
     return image_of(_read(path))
 
@@ -66,6 +68,7 @@ def image_of(volume: sitk.Image) -> Image:
 def _read(path: str | Path) -> sitk.Image:
     if not Path(path).is_file():
         raise ImageError(f"no image {path}; run the stage that makes it, or correct the path")
+    require_there(path)
     try:
         volume = sitk.ReadImage(str(path))
     except RuntimeError as error:

@@ -14,6 +14,7 @@ import numpy as np
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import TetMesh
 from mammosim.io.atomic import replacing
+from mammosim.io.missing import require_there
 
 BOUNDARY_NUMBERS = {"skin": 1, "posterior": 2}
 CELL, FACE = "tetra10", "triangle6"
@@ -62,7 +63,8 @@ def _nothing(values: np.ndarray, n: int) -> np.ndarray:
 def read_mesh(path: str | Path) -> TetMesh:
     """The mesh that `write_mesh` wrote, its boundaries in the order of BOUNDARY_NUMBERS.
 
-    Raises MeshError when the file holds no quadratic tetrahedra or no tissue.
+    Raises MeshError when the file holds no quadratic tetrahedra or no tissue, MissingResult when it says that
+    the mesh is missing.
     """
     stored = _read(path)
     if "tissue" not in stored.cell_data:
@@ -91,6 +93,7 @@ def read_cell_data(path: str | Path, name: str) -> np.ndarray:
 
 
 def _read(path: str | Path) -> meshio.Mesh:
+    require_there(path)
     stored = meshio.vtu.read(path)
     if CELL not in stored.cells_dict:
         raise MeshError(

@@ -1,18 +1,50 @@
 """Tidy tables as CSV and small nested values as JSON, written atomically, floats at full precision."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from mammosim.core.errors import MissingResult
 from mammosim.io.atomic import replacing
+from mammosim.io.missing import missing_rows, reason_of, require_there
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
-    """One row per record, one column per quantity (unit in its name); only an empty cell is missing."""
+    """One row per record, one column per quantity (unit in its name); only an empty cell is missing.
+
+    Rows in the place of results that are missing are left out, and so is the column `outcome` where nothing
+    else stands in it. Raises MissingResult when there is no other row.
+    """
+    rows = read_rows(path)
+    gone = missing_rows(rows)
+    if not gone.any():
+        return rows
+    if gone.all():
+        raise MissingResult(reason_of(rows.outcome.iloc[0]))
+    there = rows[~gone].reset_index(drop=True)
+    return there.drop(columns="outcome") if there.outcome.isna().all() else there
+
+
+def read_rows(path: str | Path) -> pd.DataFrame:
+    """As read_table, with the rows of results that are missing."""
     return pd.read_csv(path, keep_default_na=False, na_values=[""])
+
+
+def read_those_there(paths: Iterable[str | Path]) -> pd.DataFrame:
+    """The rows of all tables that are not missing. Raises MissingResult when every one is."""
+    found, why = [], None
+    for path in paths:
+        try:
+            found.append(read_table(path))
+        except MissingResult as error:
+            why = error
+    if not found and why is not None:
+        raise why
+    return pd.concat(found, ignore_index=True)
 
 
 def read_commented(path: str | Path) -> pd.DataFrame:
@@ -29,7 +61,8 @@ def write_table(frame: pd.DataFrame, path: str | Path) -> None:
 
 
 def read_json(path: str | Path) -> Any:
-    """Nested dicts, lists, strings and numbers."""
+    """Nested dicts, lists, strings and numbers. Raises MissingResult when the result is missing."""
+    require_there(path)
     return json.loads(Path(path).read_text(encoding="utf-8"))
 
 

@@ -12,6 +12,7 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import RigidTransform
 from mammosim.io.atomic import replacing
+from mammosim.io.missing import require_there
 
 
 def read_transform(path: str | Path) -> RigidTransform:
@@ -21,6 +22,7 @@ def read_transform(path: str | Path) -> RigidTransform:
     """
     if not Path(path).is_file():
         raise ImageError(f"no transform {path}; run the registration, or correct the path")
+    require_there(path)
     try:
         return rigid_of(sitk.ReadTransform(str(path)))
     except (RuntimeError, ValueError) as error:

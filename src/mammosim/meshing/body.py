@@ -10,6 +10,7 @@ from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.meshing.boundary import named_boundaries
+from mammosim.meshing.lattice import LENGTH_MM, on_lattice
 from mammosim.meshing.quality import require_sound
 from mammosim.meshing.raster import rasterise
 from mammosim.meshing.remesh import Size
@@ -23,6 +24,8 @@ CHEST_MM, CHANGE_MM = 20.0, 20.0
 PER_THICKNESS = 1.2
 # Voxels finer than this fraction of the smallest element are thinned out before the surface is built.
 VOXELS_PER_ELEMENT = 6
+# Far above the rounding of a voxel's place, far below what a limit is known to.
+ON_LIMIT_MM = 1e-4
 
 
 @dataclass(frozen=True)
@@ -47,15 +50,18 @@ def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
     """Tetrahedra of the DEFORMABLE voxels' largest piece, with tissue and boundaries `skin` and `posterior`.
 
     The shares of its cells are those of the deformable voxels in them. Raises MeshError when there is nothing
-    to mesh, or the mesh is not sound.
+    to mesh, or the mesh is not sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes,
+    and not on where it lies: it is meshed along its own axes.
     """
-    coarse = _thinned(labels, min(size.breast_mm, size.chest_mm) / VOXELS_PER_ELEMENT)
+    size = ElementSize(*(float(on_lattice(length, LENGTH_MM)) for length in vars(size).values()))
+    upright = LabelMap(_upright(labels.grid), labels.values)
+    coarse = _thinned(upright, min(size.breast_mm, size.chest_mm) / VOXELS_PER_ELEMENT)
     mesh = mesh_surface(surface_of_labels(coarse), size=_size_by_depth(coarse, size))
-    shares = shares_of_cells(mesh, labels)
+    shares = shares_of_cells(mesh, upright)
     tissue = shares.argmax(axis=1).astype(np.uint8)
     mesh = replace(mesh, tissue=tissue, shares=shares, boundaries=named_boundaries(mesh, coarse))
     require_sound(mesh)
-    return mesh
+    return mesh.moved_to(_placed(upright.grid.indices(mesh.points), labels.grid))
 
 
 def crop_body(
@@ -63,13 +69,15 @@ def crop_body(
 ) -> LabelMap:
     """Deformable voxels with y beyond the limit, or z outside the two limits, become THORAX.
 
-    Limits in the patient frame of the labels' grid. The cut is thereby held, as the chest wall is.
+    Limits in the patient frame of the labels' grid. The cut is thereby held, as the chest wall is. A voxel
+    whose centre lies on a limit, or beyond it by less than ON_LIMIT_MM, is kept.
     """
     k, j, i = np.ogrid[tuple(slice(n) for n in labels.grid.shape)]
     steps = labels.grid.direction * labels.grid.spacing
     _, y, z = (o + s[0] * i + s[1] * j + s[2] * k for o, s in zip(labels.grid.origin, steps))
-    low, high = height_limits_mm
-    cut = ((y > posterior_limit_mm) | (z < low) | (z > high)) & np.isin(labels.values, DEFORMABLE)
+    low, high = height_limits_mm[0] - ON_LIMIT_MM, height_limits_mm[1] + ON_LIMIT_MM
+    beyond = (y > posterior_limit_mm + ON_LIMIT_MM) | (z < low) | (z > high)
+    cut = beyond & np.isin(labels.values, DEFORMABLE)
     return LabelMap(labels.grid, np.where(cut, np.uint8(Label.THORAX), labels.values))
 
 
@@ -101,9 +109,27 @@ def _nearest_deformable(tissue: np.ndarray, grid: Grid, points: np.ndarray) -> n
     return tissue[tuple(nearest[:, *voxel.T])]
 
 
+def _upright(grid: Grid) -> Grid:
+    """The grid from the origin along x, y and z, or -z when it is left-handed, spacing rounded to LENGTH_MM.
+
+    Planes of voxels are exactly planes there, and products with its direction are exact.
+    """
+    i, j, k = grid.direction.T
+    handed = np.sign(np.sum(np.cross(i, j) * k))
+    spacing = on_lattice(grid.spacing, LENGTH_MM)
+    return Grid(grid.shape, spacing, np.zeros(3), np.diag([1.0, 1.0, handed]))
+
+
+def _placed(indices: np.ndarray, grid: Grid) -> np.ndarray:
+    """Points (n, 3) of continuous array indices (n, 3) in a grid, summed in the same order everywhere."""
+    k, j, i = indices.T[:, :, None]
+    steps = grid.direction.T * grid.spacing[:, None]
+    return grid.origin + (i * steps[0] + j * steps[1] + k * steps[2])
+
+
 def _thinned(labels: LabelMap, step_mm: float) -> LabelMap:
     """Every n-th voxel along each axis, at most step_mm apart."""
-    n = np.maximum(np.floor(step_mm / labels.grid.spacing + 1e-9).astype(int), 1)
+    n = np.maximum(np.floor(step_mm / labels.grid.spacing + 1e-5).astype(int), 1)
     values = labels.values[:: n[2], :: n[1], :: n[0]]
     return LabelMap(replace(labels.grid, shape=values.shape, spacing=labels.grid.spacing * n), values)
 

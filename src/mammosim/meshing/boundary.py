@@ -6,6 +6,7 @@ from scipy import ndimage
 from mammosim.core.labels import DEFORMABLE
 from mammosim.core.mesh import FACES, TetMesh
 from mammosim.core.volume import LabelMap
+from mammosim.meshing.lattice import POINT_MM, on_lattice
 from mammosim.meshing.surface import OPEN
 
 
@@ -20,14 +21,16 @@ def boundary_faces(cells: np.ndarray) -> np.ndarray:
 def named_boundaries(mesh: TetMesh, labels: LabelMap) -> dict[str, np.ndarray]:
     """`skin`: faces nearer to air than to what holds the tissue; `posterior`: all others.
 
-    The thorax holds it, and whatever lies beyond the image; distances are means over a face's six nodes.
+    The thorax holds it, and whatever lies beyond the image; distances are means over a face's six nodes,
+    compared to POINT_MM.
     """
     faces = boundary_faces(mesh.cells)
     opened = np.pad(np.isin(labels.values, OPEN), 1)
     held = np.pad(~np.isin(labels.values, (*OPEN, *DEFORMABLE)), 1, constant_values=True)
     nodes = 1 + labels.grid.indices(mesh.points[faces].reshape(-1, 3))
     to_air, to_held = (
-        _distance(outside, labels, nodes).reshape(-1, 6).mean(axis=1) for outside in (opened, held)
+        on_lattice(_distance(outside, labels, nodes).reshape(-1, 6).mean(axis=1), POINT_MM)
+        for outside in (opened, held)
     )
     return {"skin": faces[to_air < to_held], "posterior": faces[to_air >= to_held]}
 

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from mammosim.core.errors import MeshError
+from mammosim.meshing.lattice import dot
 
 SHORT, LONG = 4 / 5, 4 / 3
 # A triangle may turn by at most acos(0.5) = 60 degrees in one step, and a new edge may not fold sharper.
@@ -112,14 +113,14 @@ def _normal(net: Net, a: int, b: int, c: int) -> np.ndarray:
 
 @njit(cache=True)
 def _agree(n1: np.ndarray, n2: np.ndarray) -> bool:
-    return np.dot(n1, n2) > LEAST_COSINE * np.sqrt(np.dot(n1, n1) * np.dot(n2, n2))
+    return dot(n1, n2) > LEAST_COSINE * np.sqrt(dot(n1, n1) * dot(n2, n2))
 
 
 @njit(cache=True)
 def _shape(net: Net, a: int, b: int, c: int) -> float:
     """Area over the sum of squared edges: 0 for a flat triangle, largest for an equilateral one."""
     n, A, B, C = _normal(net, a, b, c), net.P[a], net.P[b], net.P[c]
-    return np.sqrt(np.dot(n, n)) / np.sum((A - B) ** 2 + (B - C) ** 2 + (C - A) ** 2)
+    return np.sqrt(dot(n, n)) / np.sum((A - B) ** 2 + (B - C) ** 2 + (C - A) ** 2)
 
 
 @njit(cache=True)

@@ -4,6 +4,12 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
+from mammosim.meshing.lattice import dot
+
+# Of triangles whose squared distances differ by less than this factor the first counts as the nearest, so
+# that the last bit does not choose between two that are equally far.
+NEARER = 1 - 1e-12
+
 
 class NearestOnTriangles:
     """Exact nearest points on triangles with corners (m, 3, 3) mm."""
@@ -38,7 +44,7 @@ def _nearest(
             t = candidates[c]
             q = _nearest_on_triangle(points[n], corners[t, 0], corners[t, 1], corners[t, 2])
             d = np.sum((q - points[n]) ** 2)
-            if d < smallest:
+            if d < smallest * NEARER:
                 smallest = d
                 nearest[n] = q
                 which[n] = t
@@ -49,9 +55,9 @@ def _nearest(
 def _nearest_on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """By the Voronoi region of p: corners, then edges, then the face (Ericson 2005, section 5.1.5)."""
     ab, ac, ap, bp, cp = b - a, c - a, p - a, p - b, p - c
-    d1, d2 = np.dot(ab, ap), np.dot(ac, ap)
-    d3, d4 = np.dot(ab, bp), np.dot(ac, bp)
-    d5, d6 = np.dot(ab, cp), np.dot(ac, cp)
+    d1, d2 = dot(ab, ap), dot(ac, ap)
+    d3, d4 = dot(ab, bp), dot(ac, bp)
+    d5, d6 = dot(ab, cp), dot(ac, cp)
     if d1 <= 0 and d2 <= 0:
         return a
     if d3 >= 0 and d4 <= d3:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mammosim.meshing.edges import resized
+from mammosim.meshing.lattice import POINT_MM, on_lattice
 from mammosim.meshing.nearest import NearestOnTriangles
 from mammosim.meshing.surface import Surface
 
@@ -31,19 +32,21 @@ def remeshed(surface: Surface, size: Size) -> Surface:
     points, triangles = surface.points, surface.triangles
     for limit in _growing(surface, size):
         points, triangles = resized(points, triangles, np.minimum(size(points), limit))
-        points = nearest(_relaxed(points, triangles))[0]
+        points = on_lattice(nearest(_relaxed(points, triangles))[0], POINT_MM)
     for _ in range(FITTED_SWEEPS):
         points, triangles = resized(points, triangles, size(points))
-        points = _fitted(_relaxed(points, triangles), triangles, surface)
-    return Surface(_balanced(points, triangles, nearest), triangles)
+        points = on_lattice(_fitted(_relaxed(points, triangles), triangles, surface), POINT_MM)
+    return Surface(on_lattice(_balanced(points, triangles, nearest), POINT_MM), triangles)
 
 
 def _growing(surface: Surface, size: Size) -> list[float]:
     """Largest edge length of each sweep, from the surface's own to the largest wanted."""
     corners = surface.corners()
     length = float(np.median(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)))
-    steps = int(max(np.ceil(np.log(size(surface.points).max() / length) / np.log(GROWTH)), 0))
-    return [length * GROWTH**step for step in range(1, steps)] + [np.inf] * SWEEPS
+    largest, limits = size(surface.points).max(), []
+    while (length := length * GROWTH) < largest:
+        limits.append(length)
+    return limits + [np.inf] * SWEEPS
 
 
 def _relaxed(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -67,7 +70,7 @@ def _fitted(points: np.ndarray, triangles: np.ndarray, given: Surface) -> np.nda
     a = np.maximum(np.linalg.norm(area_normal, axis=1), TINY)
     n = area_normal / a[:, None]
     _, near = cKDTree(points).query(c, k=min(NEIGHBOURS, len(points)))
-    same_side = np.einsum("md,mkd->mk", n, _vertex_normals(points, triangles)[near]) > SAME_SIDE
+    same_side = np.sum(n[:, None] * _vertex_normals(points, triangles)[near], axis=2) > SAME_SIDE
     v = near[np.arange(len(near)), same_side.argmax(axis=1)]
     a_n_n = (a[:, None, None] * n[:, :, None] * n[:, None]).reshape(-1, 9)
     A = _sums(a_n_n, v, len(points)).reshape(-1, 3, 3)

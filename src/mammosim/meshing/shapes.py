@@ -9,11 +9,15 @@ from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.meshing.boundary import boundary_faces
+from mammosim.meshing.lattice import NODE_MM, on_lattice
 from mammosim.meshing.tetrahedra import gmsh_session, quadratic
 
 QUADRATIC_TRIANGLE, QUADRATIC_TETRAHEDRON = 9, 11  # gmsh element types
 # gmsh numbers the last two mid-edge nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+
+# How far from the sphere or the base a node may be and count as on it: ten times the rounding of the nodes.
+ON_SURFACE_MM = 1e-5
 
 
 def box(
@@ -43,7 +47,7 @@ def box(
 def ball_part(radius_mm: float, edge_mm: float, *, octant: bool = False) -> TetMesh:
     """The half z > 0 of a ball about the origin, or the octant x, y, z > 0, with curved edges, all ADIPOSE.
 
-    `posterior` lies in z = 0, `skin` on the sphere. The same input gives the same mesh.
+    `posterior` lies in z = 0, `skin` on the sphere, both to NODE_MM. The same input gives the same mesh.
     Raises MeshError when the elements are no smaller than the ball.
     """
     if not 0 < edge_mm <= radius_mm:
@@ -60,9 +64,10 @@ def ball_part(radius_mm: float, edge_mm: float, *, octant: bool = False) -> TetM
         cells = gmsh.model.mesh.getElementsByType(QUADRATIC_TETRAHEDRON)[1].reshape(-1, 10)[:, _FROM_GMSH]
         faces = gmsh.model.mesh.getElementsByType(QUADRATIC_TRIANGLE)[1].reshape(-1, 6)
     used = np.unique(cells)
-    points = coordinates.reshape(-1, 3)[np.argsort(tags)][np.searchsorted(np.sort(tags), used)]
+    points = on_lattice(coordinates, NODE_MM).reshape(-1, 3)[np.argsort(tags)]
+    points = points[np.searchsorted(np.sort(tags), used)]
     cells, faces = np.searchsorted(used, cells), np.searchsorted(used, faces)
-    on_sphere = np.all(np.linalg.norm(points, axis=1)[faces] > radius_mm - 1e-6, axis=1)
-    in_base = np.all(np.abs(points[faces][:, :, 2]) < 1e-6, axis=1)
+    on_sphere = np.all(np.linalg.norm(points, axis=1)[faces] > radius_mm - ON_SURFACE_MM, axis=1)
+    in_base = np.all(np.abs(points[faces][:, :, 2]) < ON_SURFACE_MM, axis=1)
     boundaries = {"skin": faces[on_sphere], "posterior": faces[in_base & ~on_sphere]}
     return TetMesh(points, cells, np.full(len(cells), int(Label.ADIPOSE)), boundaries)

@@ -9,6 +9,7 @@ from skimage.measure import marching_cubes
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.volume import Grid, LabelMap
+from mammosim.meshing.lattice import on_lattice
 
 # What the skin meets; markers are stuck on from outside.
 OPEN = (Label.AIR, Label.MARKER)
@@ -55,17 +56,26 @@ def surface_of_field(values: np.ndarray, grid: Grid) -> Surface:
     The largest connected piece is kept and its cavities are filled. At the border of the grid the
     surface is closed half a voxel outside the last centres. Raises MeshError when nothing is inside.
     """
-    field = _one_solid(np.asarray(values, dtype=float))
+    field, least = _rounded(np.asarray(values, dtype=float))
+    field = _one_solid(field)
     # Outside the grid the field is the border's, made positive: it crosses zero at the voxel's outer face.
     outside = np.pad(np.zeros(field.shape, dtype=bool), 1, constant_values=True)
     padded = np.pad(field, 1, mode="edge")
     padded[outside] = np.abs(padded[outside])
     # Zeros at voxel centres would give triangles without area.
-    least = 1e-3 * np.abs(field).mean()
     padded = np.where(np.abs(padded) < least, np.where(padded < 0, -least, least), padded)
     vertices, triangles, _, _ = marching_cubes(padded, level=0.0)
     surface = Surface(grid.points(vertices.astype(float) - 1), triangles.astype(np.int64))
     return surface if surface.volume() > 0 else Surface(surface.points, surface.triangles[:, ::-1])
+
+
+def _rounded(field: np.ndarray) -> tuple[np.ndarray, float]:
+    """The field on a lattice of a millionth of its mean size, so that a zero is one, and 1e-3 of that size.
+
+    Both are powers of two, which last bits of the mean do not change.
+    """
+    _, exponent = np.frexp(np.abs(field).mean())
+    return on_lattice(field, 2.0 ** (exponent - 21)), 2.0 ** (exponent - 11)
 
 
 def _one_solid(field: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, TetMesh
+from mammosim.meshing.lattice import NODE_MM, POINT_MM, on_lattice
 from mammosim.meshing.remesh import Size, remeshed
 from mammosim.meshing.surface import Surface
 
@@ -20,6 +21,21 @@ ATTEMPTS = 3
 FINER = 0.8
 # gmsh bounds the circumradius: its edges inside come out about a quarter longer than the size it is given.
 INSIDE = 0.8
+# What a mesh depends on, named although most are defaults, since another release may have other defaults.
+OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,
+    "Mesh.MaxNumThreads1D": 1,
+    "Mesh.MaxNumThreads2D": 1,
+    "Mesh.MaxNumThreads3D": 1,
+    "Mesh.RandomSeed": 1,
+    "Mesh.RandomFactor": 1e-9,
+    "Mesh.RandomFactor3D": 1e-12,
+    "Mesh.Algorithm": 6,  # frontal Delaunay
+    "Mesh.Algorithm3D": 1,  # Delaunay; HXT (10) depends on the number of threads
+    "Mesh.Optimize": 1,
+    "Mesh.OptimizeThreshold": 0.3,
+}
 
 
 def mesh_surface(surface: Surface, *, size: float | Size) -> TetMesh:
@@ -27,10 +43,12 @@ def mesh_surface(surface: Surface, *, size: float | Size) -> TetMesh:
 
     size: edge length in mm, a number or a function of points (n, 3) that gives (n,). The surface is first
     given triangles of that size. Where they are too coarse for the shape, so that gmsh cannot fill them,
-    the size is reduced to FINER times and tried again. The same input gives the same mesh.
+    the size is reduced to FINER times and tried again. The same input gives the same mesh, on any processor:
+    the points of the surface and the sizes are rounded to POINT_MM.
     Raises MeshError when the surface cannot be filled.
     """
-    wanted = size if callable(size) else _everywhere(size)
+    surface = Surface(on_lattice(surface.points, POINT_MM), surface.triangles)
+    wanted = _rounded(size if callable(size) else _everywhere(size))
     for attempt in range(ATTEMPTS):
         try:
             scaled = _scaled(wanted, FINER**attempt)
@@ -52,6 +70,10 @@ def _everywhere(size: float) -> Size:
     return lambda points: np.full(len(points), float(size))
 
 
+def _rounded(size: Size) -> Size:
+    return lambda points: on_lattice(size(points), POINT_MM)
+
+
 def _scaled(size: Callable, factor: float) -> Size:
     return lambda points: factor * size(points)
 
@@ -71,19 +93,18 @@ def _filled(surface: Surface, size: Size) -> tuple[np.ndarray, np.ndarray]:
         tags, coordinates, _ = gmsh.model.mesh.getNodes()
         _, corners = gmsh.model.mesh.getElementsByType(LINEAR_TETRAHEDRON)
     order = np.argsort(tags)
-    points = coordinates.reshape(-1, 3)[order]
+    points = on_lattice(coordinates.reshape(-1, 3)[order], NODE_MM)
     used, tetrahedra = np.unique(np.searchsorted(tags[order], corners), return_inverse=True)
     return points[used], tetrahedra.reshape(-1, 4)
 
 
 @contextmanager
 def gmsh_session() -> Iterator[None]:
-    """A silent gmsh session with the same random numbers every time, free of personal settings."""
+    """A silent gmsh session of one thread, with the same random numbers, free of personal settings."""
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)
-        gmsh.option.setNumber("Mesh.RandomSeed", 1)
+        for name, value in OPTIONS.items():
+            gmsh.option.setNumber(name, value)
         yield
     except Exception as error:  # gmsh raises nothing more specific
         raise MeshError(f"gmsh: {error}") from error

@@ -19,11 +19,15 @@ log = logging.getLogger(__name__)
 class FitSettings:
     """tolerance: of the last step, in standard deviations of the posterior; largest_step: of ln E.
 
+    stalled: a step up to so many standard deviations ends the fit, too, where it lowers Phi no more: nearest
+    points change from one element to the next, and there Phi has kinks. It is added to the covariance.
+
     errors: the least that the data are taken to have; after iteration `settled` they stay as they are, since
     few data could trade their errors against each other for long; halvings: of a step that raises Phi.
     """
 
     tolerance: float = 0.1
+    stalled: float = 0.5
     max_iterations: int = 15
     largest_step: float = 0.7
     halvings: int = 4
@@ -44,7 +48,10 @@ class FitStep(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """The state of least Phi, the covariance (15, 15) of theta, the standard errors that the data have."""
+    """The state of least Phi, the covariance (15, 15) of theta, the standard errors that the data have.
+
+    The covariance is that of the posterior, and the last step's square, by which the state may be off.
+    """
 
     state: State
     covariance: np.ndarray
@@ -58,7 +65,7 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
     """The moduli that explain a pair best; start (15,): theta to begin with, default the prior's mean.
 
     Raises EquilibriumError when the body has no verified equilibrium at the start, MechanicsError when the
-    steps do not come to an end.
+    steps do not come to an end, or lower Phi no more while they are long.
     """
     began, settings = time.perf_counter(), settings or FitSettings()
     state = problem.predicted(problem.prior.mean if start is None else start)
@@ -74,14 +81,28 @@ def fitted(problem: Problem, *, start: np.ndarray | None = None, settings: FitSe
         row = FitStep(iteration, objective, *left_over(problem, state), relative, time.perf_counter() - clock)
         history.append(row)
         log.info("fit %d: skin %.3f mm, markers %.2f mm, step %.2f sd", *row[:1], *row[2:5])
-        if relative <= settings.tolerance:
-            verified = problem.from_rest(state)
-            return Fit(verified, covariance, errors, tuple(history), time.perf_counter() - began)
-        state = _improved(problem, state, slopes, step, errors, settings)
+        better = None
+        if relative > settings.tolerance:
+            better = _improved(problem, state, slopes, step, errors, settings)
+        if better is None:
+            _require_short(relative, objective, settings)
+            verified, seconds = problem.from_rest(state), time.perf_counter() - began
+            return Fit(verified, covariance + np.outer(step, step), errors, tuple(history), seconds)
+        state = better
     raise MechanicsError(
         f"{settings.max_iterations} iterations left a step of {relative:.2g} standard deviations; "
         "allow more, or begin from the best point of the grid"
     )
+
+
+def _require_short(relative: float, objective: float, settings: FitSettings) -> None:
+    """Raise MechanicsError when a step that lowers Phi no more is long, in standard deviations."""
+    if relative > max(settings.stalled, settings.tolerance):
+        raise MechanicsError(
+            f"no step lowers what is left of the data below Phi = {objective:.4g}, and the last one tried is "
+            f"{relative:.2g} standard deviations long; see the diagnosis of the pair, or begin from the best "
+            "point of the grid"
+        )
 
 
 def data_errors(problem: Problem, state: State, least: Errors) -> Errors:
@@ -121,8 +142,8 @@ def _improved(
     step: np.ndarray,
     errors: Errors,
     settings: FitSettings,
-) -> State:
-    """The state after the step, cut to the largest and halved until Phi falls."""
+) -> State | None:
+    """The state after the step, cut to the largest and halved until Phi falls; None where it does not."""
     step = step * min(1.0, settings.largest_step / np.abs(step[: MECHANICAL - 1]).max())
     before = _objective(problem, state, errors)
     for _ in range(settings.halvings + 1):
@@ -136,7 +157,4 @@ def _improved(
                 return trial
             log.info("fit: the step is halved, Phi would rise from %.1f to %.1f", before, after)
         step = step / 2
-    raise MechanicsError(
-        f"no step lowers what is left of the data below Phi = {before:.4g}; "
-        "see the diagnosis of the pair, or begin from the best point of the grid"
-    )
+    return None

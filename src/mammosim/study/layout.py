@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.io.missing import missing_rows
 from mammosim.study.report import Listing, Picture, Section
 
 Part = Mapping[str, Any]
@@ -59,9 +60,16 @@ def section(part: Part, contents: Contents) -> Section:
                 blocks.append(Picture(data, caption.format(what=what)))
     for name, table in part.get("tables", {}).items():
         if name in contents.tables:
-            frame = contents.tables[name]
-            blocks.append(Listing(frame[table.get("columns", list(frame.columns))], table["caption"]))
+            blocks.append(Listing(_shown(contents.tables[name], table.get("columns")), table["caption"]))
     return Section(part["title"], part.get("text", ""), tuple(blocks))
+
+
+def _shown(frame: pd.DataFrame, columns: list[str] | None) -> pd.DataFrame:
+    """The listed columns of a table, or all of it; and the reasons where results are missing."""
+    if columns is None:
+        return frame
+    reasons = ["outcome"] if missing_rows(frame).any() else []
+    return frame[[name for name in dict.fromkeys([*columns, *reasons]) if name in frame]]
 
 
 def _layout(name: str, pages: Mapping[str, Part]) -> Part:

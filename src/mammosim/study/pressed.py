@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.mechanics.compression import Compression
@@ -79,18 +78,6 @@ def refused(mesh: TetMesh, why: str) -> Pressed:
         row=dict.fromkeys(MEASURED, np.nan) | {"outcome": f"refused: {why}"},
         plates={},
     )
-
-
-def require_pressed(
-    plates: Mapping[str, float], *, volunteer: str, side: str, strategy: str, moduli: str
-) -> Mapping[str, float]:
-    """The plates of a strategy. Raises MechanicsError where they are empty, since it was refused."""
-    if not plates:
-        raise MechanicsError(
-            f"{strategy} was refused for {volunteer} {side} with {moduli} moduli, so there is nothing to "
-            "X-ray: take it out of xray.strategies; results/study/compression.csv says why it was refused"
-        )
-    return plates
 
 
 def _row(

@@ -171,12 +171,14 @@ def position_rows(nipples: pd.DataFrame, measured: Fiducials) -> list[dict[str, 
 def pressed_rows(pressed: pd.DataFrame, *, ranked: int) -> list[dict[str, str | float]]:
     """Rows of propagation.csv for force and dose.
 
-    pressed: side, draw, force_n, agd_mgy of the fit and of the softest to the stiffest of `ranked` draws.
+    pressed: side, draw, force_n, agd_mgy of the fit and of the softest to the stiffest of `ranked` draws; a
+    side whose fit was not pressed has no rows, and `solved` counts the draws that were.
     """
     return [
         _row(str(side), draws.set_index("draw")[name], ranked)
         for side, draws in pressed.groupby("side", sort=False)
         for name in ("force_n", "agd_mgy")
+        if (draws.draw == FIT).any()
     ]
 
 

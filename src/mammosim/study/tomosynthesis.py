@@ -18,7 +18,8 @@ from mammosim.xray.observer import cnr
 from mammosim.xray.projector import primary
 from mammosim.xray.reconstruction import Slices, line_integrals
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.systems import System, tomosynthesis_geometries
+from mammosim.xray.systems import System
+from mammosim.xray.views import tomosynthesis_geometries
 
 # Shadows of less than this share of the signal without a body are taken as this: noise leaves no logarithm.
 LEAST_TRANSMISSION = 1e-4

@@ -3,6 +3,7 @@
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.io.missing import missing_rows
 from mammosim.study.strategies import STANDARD
 
 KEY = ["volunteer", "side", "strategy", "moduli"]
@@ -16,9 +17,14 @@ def trade_off(compression: pd.DataFrame, image: pd.DataFrame) -> pd.DataFrame:
     """Rows of compression.csv and image.csv side by side: KEY, PRESSED, SEEN, one per image.
 
     dose_change_percent and thickness_change_mm: against the standard strategy of the same breast and moduli.
+    An image that is missing has its KEY and the `outcome` that says why, and no numbers.
     Raises ConfigurationError for an image of a strategy that has no row in the first table.
     """
-    rows = image[[*KEY, *SEEN]].merge(compression[[*KEY, *PRESSED]], on=KEY, how="left", indicator=True)
+    gone = missing_rows(image)
+    if gone.any():
+        return pd.concat([trade_off(compression, image[~gone]), image.loc[gone, [*KEY, "outcome"]]])
+    pressed = compression.reindex(columns=[*KEY, *PRESSED])
+    rows = image.reindex(columns=[*KEY, *SEEN]).merge(pressed, on=KEY, how="left", indicator=True)
     alone = rows[rows._merge != "both"]
     if len(alone):
         names = "; ".join(" ".join(row) for row in alone[KEY].values)

@@ -6,8 +6,9 @@ import pandas as pd
 
 from mammosim.core.volume import LabelMap
 from mammosim.study.mammogram import xray_phantom
-from mammosim.xray.geometry import Geometry, mammography_geometry
+from mammosim.xray.geometry import Geometry
 from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.views import mammography_geometry
 
 COLUMNS = ["energy_kev", "photons_per_mm2_mas"]
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.phantom import AIR, Phantom
 
 
 @dataclass(frozen=True)
@@ -120,57 +119,3 @@ def _triangle(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
     """tan(Omega/2) = |a . b x c| / (abc + (a.b) c + (a.c) b + (b.c) a)."""
     la, lb, lc = (float(np.linalg.norm(r)) for r in (a, b, c))
     return 2 * float(np.arctan2(abs(a @ np.cross(b, c)), la * lb * lc + a @ b * lc + a @ c * lb + b @ c * la))
-
-
-def mammography_geometry(
-    phantom: Phantom,
-    *,
-    chest_wall_y_mm: float,
-    source_to_detector_mm: float = 650.0,
-    air_gap_mm: float = 15.0,
-    field_mm: tuple[float, float] = (240.0, 300.0),
-    pixel_mm: float = 1.0,
-) -> Geometry:
-    """A craniocaudal view of a breast pressed along z: source above the chest-wall edge, detector below.
-
-    The detector starts at y = chest_wall_y_mm, reaches field_mm[0] to anterior (-y) and field_mm[1] along x,
-    centred on the breast, and lies air_gap_mm below it. Image rows run from the chest wall to the nipple.
-    Raises XrayError when the shadow of the breast (tissue with y < chest_wall_y_mm) leaves the field.
-    """
-    # ASSUME: the focal spot is a point above the chest-wall edge of the detector.
-    tops, bottom = breast_surface(phantom, chest_wall_y_mm)
-    x = (tops[:, 0].min() + tops[:, 0].max()) / 2
-    z = bottom - air_gap_mm
-    shape = (round(field_mm[0] / pixel_mm), round(field_mm[1] / pixel_mm))
-    left = x + shape[1] * pixel_mm / 2 - pixel_mm / 2
-    origin = np.array([left, chest_wall_y_mm - pixel_mm / 2, z])
-    detector = Detector(origin, np.array([-1.0, 0, 0]), np.array([0, -1.0, 0]), shape, pixel_mm)
-    geometry = Geometry(np.array([x, chest_wall_y_mm, z + source_to_detector_mm]), detector)
-    require_in_field(geometry, tops)
-    return geometry
-
-
-def require_in_field(geometry: Geometry, points: np.ndarray, *, of: str = "breast") -> None:
-    """Raises XrayError when the shadow of one of the points (n, 3), `of` which it is, leaves the detector."""
-    uv, size = geometry.project(points), geometry.detector.size_mm
-    if not np.all((uv >= 0) & (uv <= size)):
-        low, high = np.nanmin(uv, axis=0), np.nanmax(uv, axis=0)
-        raise XrayError(
-            f"the shadow of the {of} spans {low[0]:.0f} to {high[0]:.0f} by {low[1]:.0f} to {high[1]:.0f} "
-            f"mm, but the detector {size[0]:.0f} x {size[1]:.0f} mm; enlarge field_mm, or move breast or tube"
-        )
-
-
-def breast_surface(phantom: Phantom, chest_wall_y_mm: float) -> tuple[np.ndarray, float]:
-    """Highest tissue points (n, 3) of the voxel columns before the chest wall, and the lowest tissue's z."""
-    grid = phantom.grid
-    tissue = phantom.index != AIR
-    y = grid.origin[1] + grid.spacing[1] * np.arange(grid.shape[1])
-    tissue = tissue & (y < chest_wall_y_mm)[None, :, None]
-    if not tissue.any():
-        raise XrayError(f"no tissue at y < chest_wall_y_mm = {chest_wall_y_mm:g} mm; the breast points to -y")
-    j, i = np.nonzero(tissue.any(axis=0))
-    k = grid.shape[0] - 1 - np.argmax(tissue[::-1, j, i], axis=0)
-    tops = grid.points(np.stack([k + 0.5, j, i], axis=1))
-    lowest = int(np.nonzero(tissue.any(axis=(1, 2)))[0][0])
-    return tops, float(grid.origin[2] + (lowest - 0.5) * grid.spacing[2])

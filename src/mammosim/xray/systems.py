@@ -4,14 +4,13 @@ At the angle a the source is R (sin a, 0, cos a) from a pivot over the chest edg
 normal is (sin b, 0, cos b) with b = a turn/arc: b = 0 for a detector at rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+import pandas as pd
 
 from mammosim.core.errors import XrayError
 from mammosim.io.tabulated import tabulated
-from mammosim.xray.geometry import Detector, Geometry, breast_surface, require_in_field
-from mammosim.xray.phantom import Phantom
 
 
 @dataclass(frozen=True)
@@ -50,6 +49,11 @@ class System:
             )
 
     @property
+    def size_mm(self) -> tuple[float, float]:
+        """Width and depth of the detector: along the chest wall, and from there to the nipple."""
+        return self.pixel_mm * self.width_pixels, self.pixel_mm * self.depth_pixels
+
+    @property
     def angles_deg(self) -> np.ndarray:
         """Of the source (views,), from the detector's normal at rest."""
         return np.linspace(-self.arc_deg / 2, self.arc_deg / 2, self.views)
@@ -65,51 +69,20 @@ def systems() -> tuple[str, ...]:
 
 
 def system_named(name: str) -> System:
-    """A system of the table. Raises XrayError when it has no such system."""
-    known = {row.pop("system"): row for row in tabulated("imaging_systems").to_dict("records")}
+    """A system of the table. Raises XrayError when it has no such system, or lacks something of it."""
+    return system_of(tabulated("imaging_systems"), name)
+
+
+def system_of(table: pd.DataFrame, name: str) -> System:
+    """A system of a table with the column `system` and those of System. Raises XrayError as system_named."""
+    known = {row.pop("system"): row for row in table.to_dict("records")}
     if name not in known:
         raise XrayError(f"unknown system {name!r}; choose one of: {', '.join(known)}")
-    return System(name, **known[name])
-
-
-def tomosynthesis_geometries(
-    phantom: Phantom,
-    system: System,
-    *,
-    chest_wall_y_mm: float,
-    pixel_mm: float | None = None,
-    nipple: np.ndarray | None = None,
-) -> tuple[Geometry, ...]:
-    """The views of a breast pressed along z, one geometry per angle, in the axes of craniocaudal ones.
-
-    pixel_mm: coarser or finer pixels on the same detector; nipple: (3,) mm, looked after by its name.
-    Raises XrayError when the shadow of the nipple, or of tissue before the chest wall, leaves the field of a
-    view: the message names which, and the view.
-    """
-    tops, bottom = breast_surface(phantom, chest_wall_y_mm)
-    middle = (tops[:, 0].min() + tops[:, 0].max()) / 2
-    foot = np.array([middle, chest_wall_y_mm, bottom - system.support_to_detector_mm])
-    watched = (
-        {"breast": tops} if nipple is None else {"nipple": np.asarray(nipple, float)[None], "breast": tops}
-    )
-    found = []
-    for n, angle in enumerate(system.angles_deg):
-        geometry = _view(system, foot, np.radians(angle), pixel_mm or system.pixel_mm)
-        for name, points in watched.items():
-            of = f"{name} in view {n + 1} of {system.views} at {angle:.1f} degrees"
-            require_in_field(geometry, points, of=of)
-        found.append(geometry)
-    return tuple(found)
-
-
-def _view(system: System, foot: np.ndarray, a: float, pixel_mm: float) -> Geometry:
-    """Source at the angle a; the middle of the detector's chest edge is at foot (3,)."""
-    share = system.detector_turn_deg / system.arc_deg if system.arc_deg else 0.0
-    b = a * share
-    R, pivot = system.source_to_pivot_mm, system.source_to_detector_mm - system.source_to_pivot_mm
-    source = foot + np.array([R * np.sin(a), 0.0, pivot + R * np.cos(a)])
-    u, v = np.array([-np.cos(b), 0.0, np.sin(b)]), np.array([0.0, -1.0, 0.0])
-    depth, width = (system.pixel_mm * n for n in (system.depth_pixels, system.width_pixels))
-    shape = (round(depth / pixel_mm), round(width / pixel_mm))
-    origin = foot - (shape[1] - 1) / 2 * pixel_mm * u + pixel_mm / 2 * v
-    return Geometry(source, Detector(origin, u, v, shape, pixel_mm))
+    names = [each.name for each in fields(System) if each.name != "name"]
+    lacking = [each for each in names if pd.isna(known[name].get(each, np.nan))]
+    if lacking:
+        raise XrayError(
+            f"the system {name!r} lacks {', '.join(lacking)}; complete its row, or choose one of: "
+            f"{', '.join(other for other in known if other != name)}"
+        )
+    return System(name, **{each: known[name][each] for each in names})

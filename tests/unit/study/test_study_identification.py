@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mammosim.core.errors import IdentificationError, MeshError
+from mammosim.core.errors import IdentificationError, MechanicsError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
@@ -115,6 +115,22 @@ def test_moduli_are_found_again_left_and_right_apart(fit):
     for j in (KEYS.index(("left", "adipose")), KEYS.index(("right", "adipose"))):
         assert abs(fit.state.theta[j] - np.log(TRUE[KEYS[j]])) < 3 * deviation[j]
         assert 3 * deviation[j] < apart
+
+
+def test_a_short_step_that_lowers_nothing_ends_the_fit_and_widens_it_and_a_long_one_is_named(
+    problem, fit, monkeypatch
+):
+    """Phi has kinks where nearest points change: begun beside the end, as if no part of the step helped."""
+    monkeypatch.setattr("mammosim.study.fit._improved", lambda *given: None)
+    beside = fit.state.theta + 0.3 * np.sqrt(np.diag(fit.covariance))
+    settled = FitSettings(errors=fit.errors, settled=0, tolerance=1e-3, stalled=2.0)
+    ended = fitted(problem, start=beside, settings=settled)
+    np.testing.assert_array_equal(ended.state.theta, beside)
+    # The interval reaches from where the fit stopped to where it would have gone.
+    missed = np.abs(fit.state.theta - beside)
+    assert np.all(missed[:N_MODULI] < 2 * np.sqrt(np.diag(ended.covariance))[:N_MODULI])
+    with pytest.raises(MechanicsError, match="standard deviations long"):
+        fitted(problem, start=beside, settings=replace(settled, stalled=1e-3))
 
 
 def test_the_truth_lies_within_the_intervals(problem, fit):

@@ -18,8 +18,8 @@ from mammosim.study.mammogram import (
     tissue_materials,
     xray_phantom,
 )
-from mammosim.xray.geometry import mammography_geometry
 from mammosim.xray.spectrum import monoenergetic
+from mammosim.xray.views import mammography_geometry
 
 SPECTRUM = monoenergetic(20.0, fluence=1e5)
 

@@ -13,7 +13,7 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.paddles import Plates, Tilting
 from mammosim.study.configuration import check_settings
-from mammosim.study.pressed import MEASURED, PATH, pressed, refused, require_pressed
+from mammosim.study.pressed import MEASURED, PATH, pressed, refused
 from mammosim.study.strategies import MeanPressure, Scene, Strategy, Way
 from mammosim.study.strategies_summary import numbers_of_strategies
 
@@ -188,10 +188,3 @@ def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(scene, after
     # Both meet the force within 1e-3 of it; the stiffness of the block is above force over thickness.
     assert np.abs(short.points - whole.points).max() < 1e-3 * 30.0
     assert short.path.tilt_deg.iloc[-1] == pytest.approx(whole.path.tilt_deg.iloc[-1], rel=5e-3)
-
-
-def test_what_was_refused_is_not_x_rayed_and_the_message_says_what_to_do():
-    job = {"volunteer": "small", "side": "left", "strategy": "tilted", "moduli": "gravity"}
-    assert require_pressed({"chest_y_mm": -40.0}, **job) == {"chest_y_mm": -40.0}
-    with pytest.raises(MechanicsError, match=r"tilted was refused for small left .* out of xray\.strategies"):
-        require_pressed({}, **job)

@@ -48,3 +48,14 @@ def test_every_quantity_has_its_panel_with_a_marker_for_every_image(table):
     assert [ax.get_ylabel() for ax in figure.axes] == [label for *_, label in PANELS]
     for ax in figure.axes:
         assert len(ax.containers) == len(table)
+
+
+def test_an_image_that_is_missing_is_a_row_that_says_why():
+    image = rows(SEEN, {"standard": 2.0, "reduced": 2.2})
+    image["outcome"] = [None, None, "missing: why", None]
+    found = trade_off(rows(PRESSED, {"standard": 50.0, "reduced": 55.0}), image)
+    gone = found[found.outcome.notna()]
+    assert gone[KEY].values.tolist() == [["large", "left", "standard", "gravity"]]
+    assert gone.outcome.tolist() == ["missing: why"]
+    assert gone.dose_mgy.isna().all()
+    assert found.dose_mgy.notna().sum() == 3

@@ -7,8 +7,9 @@ from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, LabelMap, grid_around
 from mammosim.xray.attenuation import material
-from mammosim.xray.geometry import Detector, Geometry, mammography_geometry
+from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom, phantom_of_labels
+from mammosim.xray.views import mammography_geometry
 
 X, Y, Z = np.eye(3)
 AIR_AND_WATER = (material("air"), material("water"))
@@ -64,9 +65,9 @@ def test_mammography_source_stands_over_the_chest_wall_edge():
 
 
 def test_a_breast_that_leaves_the_field_is_refused():
-    with pytest.raises(XrayError, match="enlarge field_mm"):
+    with pytest.raises(XrayError, match=r"enlarge xray\.field_mm"):
         mammography_geometry(block(), chest_wall_y_mm=0.0, field_mm=(50.0, 300.0))
-    with pytest.raises(XrayError, match="enlarge field_mm"):
+    with pytest.raises(XrayError, match=r"enlarge xray\.field_mm"):
         mammography_geometry(block(), chest_wall_y_mm=0.0, field_mm=(240.0, 80.0))
     with pytest.raises(XrayError, match="no tissue"):
         mammography_geometry(block(), chest_wall_y_mm=-100.0)

@@ -15,7 +15,8 @@ from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import path_lengths
 from mammosim.xray.reconstruction import filtered_backprojection, line_integrals, sart
 from mammosim.xray.spread import spread
-from mammosim.xray.systems import system_named, tomosynthesis_geometries
+from mammosim.xray.systems import system_named
+from mammosim.xray.views import tomosynthesis_geometries
 
 X, Y, Z = np.eye(3)
 BEAD = np.array([3.0, -20.0, 17.0])

@@ -9,11 +9,12 @@ from mammosim.core.volume import grid_around
 from mammosim.xray.attenuation import material
 from mammosim.xray.cover import cover
 from mammosim.xray.dose import air_kerma_at, mean_glandular_dose
-from mammosim.xray.geometry import Detector, Geometry, mammography_geometry
+from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import primary
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.transport import Accuracy, transport
+from mammosim.xray.views import mammography_geometry
 
 X, Y, Z = np.eye(3)
 BEAM = Spectrum(np.array([15.0, 20.0, 25.0]), np.array([1e5, 2e5, 1e5]), 600.0)

@@ -1,0 +1,48 @@
+"""Results that a stage could not give: a file in their place says so, and why.
+
+A table (`.csv`) then has one row with the keys of the job and `outcome`, which begins with PREFIX; any other
+file is the JSON object {"missing": reason}. Whoever reads such a file gets MissingResult with that reason.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from mammosim.core.errors import MissingResult
+from mammosim.io.atomic import replacing
+
+PREFIX = "missing: "
+KEY = "missing"
+START = f'{{"{KEY}": '
+
+
+def write_missing(path: str | Path, reason: str, *, job: Mapping[str, object] | None = None) -> None:
+    """Say in the place of a result why it is not there. job: what tells a table's rows apart."""
+    with replacing(path) as temporary:
+        if Path(path).suffix == ".csv":
+            row = pd.DataFrame([{**(job or {}), "outcome": f"{PREFIX}{reason}"}])
+            row.to_csv(temporary, index=False, lineterminator="\n")
+        else:
+            temporary.write_text(json.dumps({KEY: reason}, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def require_there(path: str | Path) -> None:
+    """Raise MissingResult when the file, which is no table, says that its result is missing."""
+    with Path(path).open("rb") as file:
+        head = file.read(len(START))
+    if head == START.encode():
+        raise MissingResult(json.loads(Path(path).read_text(encoding="utf-8"))[KEY])
+
+
+def missing_rows(table: pd.DataFrame) -> pd.Series:
+    """Which rows (n,) bool of a table stand in the place of a result that is missing."""
+    if "outcome" not in table:
+        return pd.Series(False, index=table.index)
+    return table["outcome"].astype(str).str.startswith(PREFIX)
+
+
+def reason_of(outcome: str) -> str:
+    """Why a result is missing."""
+    return outcome.removeprefix(PREFIX)

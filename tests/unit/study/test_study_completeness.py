@@ -1,0 +1,41 @@
+"""What is missing is named once, with every table and figure that lacks it."""
+
+import pandas as pd
+
+from mammosim.study.completeness import missing_results, told, told_briefly
+
+JOB = {"volunteer": "large", "side": "left", "strategy": "squash", "moduli": "gravity"}
+
+
+def test_each_reason_is_named_once_with_what_lacks_it():
+    gone = pd.DataFrame([{**JOB, "outcome": "missing: mesh large prone: open"}])
+    tables = {"image": gone, "dose": gone, "sweep": pd.DataFrame({"outcome": ["verified", "refused: soft"]})}
+    found = missing_results(tables, {"mammogram_large": "mesh large prone: open", "sweep": None})
+    assert found.values.tolist() == [["mesh large prone: open", "image, dose", "mammogram_large"]]
+    assert "One stage gave no answer" in told(found)
+
+
+def test_a_compression_without_equilibrium_is_missing_with_what_follows_from_it():
+    why = "compress large left squash gravity: never 5000 N"
+    tables = {
+        "compression": pd.DataFrame([{**JOB, "outcome": "refused: never 5000 N"}]),
+        "image": pd.DataFrame([{**JOB, "outcome": f"missing: {why}"}]),
+    }
+    assert missing_results(tables, {}).values.tolist() == [[why, "compression, image", ""]]
+
+
+def test_a_complete_study_says_so():
+    found = missing_results({"image": pd.DataFrame({"dose_mgy": [1.0]})}, {"sweep": None})
+    assert found.empty
+    assert told(found) == "Every result that was asked for is there."
+    assert told_briefly(found) == ""
+
+
+def test_a_terminal_ends_with_few_short_lines():
+    gone = pd.DataFrame({"outcome": [f"missing: mesh {n}: {'open ' * 100}" for n in range(30)]})
+    lines = told_briefly(missing_results({"image": gone}, {})).splitlines()
+    assert lines[0] == "30 stages gave no answer:"
+    assert lines[1].startswith("  mesh 0: open")
+    assert lines[-2] == "  and 22 more"
+    assert len(lines) < 15
+    assert max(map(len, lines)) < 210

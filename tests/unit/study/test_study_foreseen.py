@@ -1,0 +1,55 @@
+"""What is bound to fail is said before the run."""
+
+import copy
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from mammosim.io.tabulated import tabulated
+from mammosim.study.foreseen import foreseen
+
+CONFIG = Path(__file__).parents[3] / "config"
+
+
+@pytest.fixture
+def study():
+    """The published study: settings, strategies, systems."""
+    settings = yaml.safe_load((CONFIG / "default.yaml").read_text())
+    strategies = yaml.safe_load((CONFIG / "strategies.yaml").read_text())
+    systems = tabulated("imaging_systems").set_index("system").to_dict("index")
+    return copy.deepcopy((settings, strategies, systems))
+
+
+def test_nothing_of_the_published_study_is_bound_to_fail(study):
+    assert foreseen(*study) == []
+
+
+def test_a_strategy_that_no_woman_can_bear_is_named(study):
+    settings, strategies, systems = study
+    strategies["squash"] = {"until": {"thickness_share": 0.3}}
+    (small, large) = foreseen(settings, strategies, systems)
+    assert "squash presses small to 13.5 mm, and compression.smallest_mm is 20" in small
+    assert "large to 18 mm" in large
+
+
+def test_a_pressure_that_is_not_stated_for_a_set_of_moduli_is_named(study):
+    settings, strategies, systems = study
+    strategies["pressure"] = {"until": {"pressure_kpa": {"gravity": 0.6}}}
+    assert foreseen(settings, strategies, systems) == [
+        "the strategy pressure states no pressure_kpa for the moduli compression: no press"
+    ]
+
+
+def test_a_system_that_lacks_a_key_is_named(study):
+    settings, strategies, systems = study
+    systems["hologic"]["pixel_mm"] = np.nan
+    assert foreseen(settings, strategies, systems) == ["the system hologic lacks pixel_mm: no slices"]
+
+
+def test_a_detector_smaller_than_the_plates_is_named(study):
+    settings, strategies, systems = study
+    settings["xray"]["field_mm"]["width"] = 100.0
+    (words,) = foreseen(settings, strategies, systems)
+    assert "xray.field_mm.width = 100 holds no breast as wide as the plates" in words

@@ -1,0 +1,48 @@
+"""Run the script of a rule that may find no answer: its outputs then say so, and the other jobs go on.
+
+What mammosim itself rejects or cannot solve for one woman, side, strategy or view is an outcome of the study.
+A setting that cannot be meant, and any other exception, is a fault: it fails the job.
+"""
+
+import logging
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import _log
+
+from mammosim.core.errors import ConfigurationError, MammosimError, MissingResult
+from mammosim.io.missing import write_missing
+
+COLUMNS = {"v": "volunteer", "w": "volunteer", "p": "position"}  # what a wildcard is called in tables
+
+
+@contextmanager
+def run(snakemake) -> Iterator[None]:
+    """Send records to the rule's log; where the block finds no answer, write the reason into every output."""
+    _log.to(snakemake.log[0], threads=snakemake.threads)
+    try:
+        yield
+    except ConfigurationError:
+        raise
+    except MammosimError as error:
+        job = {COLUMNS.get(name, name): value for name, value in snakemake.wildcards.items()}
+        reason = " ".join(str(error).split())
+        if not isinstance(error, MissingResult):
+            logging.error("no answer", exc_info=error)
+            reason = f"{' '.join([snakemake.rule, *job.values()])}: {reason}"
+            sys.stderr.write(f"\nmissing, and the other jobs go on: {reason}\n\n")
+        for path in snakemake.output:
+            write_in_place(path, reason, job)
+
+
+def write_in_place(path: str, reason: str, job: dict[str, str]) -> None:
+    """The reason in the place of one output."""
+    if Path(path).suffix == ".png":
+        from mammosim.figures.notice import notice
+        from mammosim.io.figures import write_figure
+
+        write_figure(notice(reason), path, missing=reason)
+    else:
+        write_missing(path, reason, job=job)
