@@ -7,7 +7,7 @@ PEERS := .venv-peers
 # Kernels compiled by numba are kept beside the environment and reused by every job.
 export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
 
-.PHONY: study smoke robust peers test lint format lock clean
+.PHONY: study smoke robust machines peers test lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -18,6 +18,9 @@ smoke: $(VENV)/ready  ## the whole chain, coarse, in minutes: smoke/results/stud
 
 robust: $(VENV)/ready  ## before a release: the study as it is, on meshes of 11 and 13 mm, with larger breasts (two hours)
 	$(BIN)/python tools/robust.py $(BIN)/snakemake $(CORES)
+
+machines: $(VENV)/ready  ## before a release: the tiny study as on processors without AVX-512, and without AVX (half an hour)
+	$(BIN)/pytest -m machines
 
 test: $(VENV)/ready  ## laws of physics, units, errors by their words, and the whole chain on the tiny configuration
 	$(BIN)/pytest --numprocesses $(CORES) --no-loadscope-reorder
@@ -34,7 +37,7 @@ format: $(VENV)/ready
 	$(BIN)/ruff check --fix .
 
 # The only way to install: exact versions and hashes. uv does it in seconds, pip in minutes.
-$(VENV)/ready: environment.lock tools/check_system.py
+$(VENV)/ready: environment.lock tools/check_system.py tools/link_package.py
 	@$(PYTHON) tools/check_system.py before
 	$(PYTHON) -m venv $(VENV)
 	@if command -v uv >/dev/null; then \
@@ -44,7 +47,7 @@ $(VENV)/ready: environment.lock tools/check_system.py
 	    echo "installing environment.lock with pip (some minutes; uv is faster)"; \
 	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r environment.lock; \
 	fi
-	@echo "$(CURDIR)/src" > $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/mammosim.pth
+	@$(BIN)/python tools/link_package.py
 	@$(BIN)/python tools/check_system.py after
 	@touch $@
 

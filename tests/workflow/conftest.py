@@ -1,8 +1,10 @@
 """A copy of the study that tests may edit, and the whole chain run in it once on the tiny configuration."""
 
+import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +20,10 @@ class Study:
     home: Path
     run: Path
 
-    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        """Run snakemake on the tiny configuration; both streams as text in stdout."""
+    def snakemake(
+        self, *arguments: str, env: Mapping[str, str] | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        """Run snakemake on the tiny configuration; both streams as text in stdout. env: more of it."""
         command = [
             *(sys.executable, "-m", "snakemake", "--snakefile", str(self.home / "Snakefile")),
             *("--directory", str(self.run), "--configfile", str(self.home / "config/smoke.yaml")),
@@ -27,6 +31,7 @@ class Study:
         ]
         return subprocess.run(
             command,
+            env=os.environ | dict(env or {}),
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

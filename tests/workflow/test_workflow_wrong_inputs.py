@@ -1,6 +1,7 @@
 """Inputs that cannot be used are refused in one clear message, and what earlier runs made stays."""
 
 import shutil
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -76,3 +77,29 @@ def test_three_chest_markers_are_too_few(changed, finished, tmp_path):
     message = changed(FIDUCIALS, fiducials=str(path))
     assert "FiducialError" in message
     assert "chest" in message
+
+
+def test_a_rejected_image_ends_the_run_before_anything_else_is_done(finished, series, tmp_path):
+    """Though a fault later on stops its own branch only. Every other input is good."""
+    sorted(series.glob("*.dcm"))[20].unlink()
+    gravity = {"prone": "0 -1 0", "supine": "0 1 0"}
+    images = {"prone": str(series), "supine": str(finished.run / "results/raw/small/supine")}
+    raw = finished.run / "results/raw/small"
+    rows = [
+        {"volunteer": "ada", "position": p, "images": images[p], "fiducials": f"{raw}/{p}_fiducials.csv",
+         "strokes": f"{raw}/{p}_strokes.csv", "gravity": gravity[p]}
+        for p in images
+    ]  # fmt: skip
+    table, extra, run = tmp_path / "volunteers.tsv", tmp_path / "extra.yaml", tmp_path / "run"
+    pd.DataFrame(rows).to_csv(table, sep="\t", index=False)
+    pressed = {"thickness_mm": {"ada": 45.0}}
+    values = {"volunteer_table": str(table), "volunteers": ["ada"], "compression": pressed}
+    extra.write_text(yaml.safe_dump(values | {"validation": {"positions": []}}))
+    run.mkdir()
+    smoke = str(finished.home / "config/smoke.yaml")
+    result = replace(finished, run=run).snakemake("--configfile", smoke, str(extra), "--keep-going")
+    assert result.returncode != 0
+    last = "\n".join(result.stdout.splitlines()[-20:])
+    assert "check_input ada prone: ImageError" in last
+    done = {path.parent.name for path in (run / "results/benchmarks").glob("*/*.tsv")}
+    assert done <= {"check_input", "report195", "beams", "spectrum"}

@@ -1,5 +1,7 @@
 # What every .smk file shares. The checked configuration, and the package files that a script depends on.
 import ast
+import shlex
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +13,8 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY
 from mammosim.study import configuration
 
+# Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
+sys.executable = shlex.quote(sys.executable.strip("'"))
 HOME = Path(workflow.basedir)
 PACKAGE = HOME / "src" / "mammosim"
 SCRIPTS = HOME / "workflow" / "scripts"

@@ -12,6 +12,9 @@ from mammosim.study.time_left import TimeLeft, chains, seconds_before, stranded
 # What Snakemake says behind the last words, which say it, too.
 REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one job did not complete")
 
+# An input that is rejected ends the run at once: it is to be mended before anything long runs.
+STOPPING = ("check_input",)
+
 
 class Progress(logging.Handler):
     """Names each job as it starts, says 'about 12 min left' as each one ends, and at last what failed.
@@ -40,7 +43,9 @@ class Progress(logging.Handler):
             self.time_left.end(record.job_id, time.time())
             self.ended = record.job_id
         elif event == LogEvent.JOB_ERROR:
-            self.time_left.running.pop(record.jobid, None)
+            rule, _ = self.time_left.running.pop(record.jobid, ("", 0.0))
+            if rule in STOPPING:
+                workflow.scheduler.keepgoing = False
         elif event == LogEvent.PROGRESS and record.done < record.total:
             logger.info(self.words())
             # By what has been learned; and a checkpoint may have brought new rules.

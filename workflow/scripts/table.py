@@ -3,11 +3,13 @@
 import _stage
 import pandas as pd
 
-from mammosim.io.tables import read_rows, write_table
+from mammosim.io.tables import HOLDING_DIGITS, read_rows, write_table
 
 
 def main(rows: list[str], out: str) -> None:
-    write_table(pd.concat([read_rows(path) for path in rows], ignore_index=True), out)
+    table = pd.concat([read_rows(path) for path in rows], ignore_index=True)
+    reasons = [name for name in table if name == "outcome"]
+    write_table(table[[*table.columns.drop(reasons), *reasons]], out, digits=HOLDING_DIGITS)
 
 
 if __name__ == "__main__":

@@ -2,12 +2,12 @@
 
 import _stage
 
-from mammosim.io.tables import read_rows, write_table
+from mammosim.io.tables import HOLDING_DIGITS, read_rows, write_table
 from mammosim.study.trade_off import trade_off
 
 
 def main(compression: str, image: str, out: str) -> None:
-    write_table(trade_off(read_rows(compression), read_rows(image)), out)
+    write_table(trade_off(read_rows(compression), read_rows(image)), out, digits=HOLDING_DIGITS)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def trade_off(table: pd.DataFrame) -> Figure:
         for number, (_, rows) in enumerate(table.groupby(["volunteer", "side"])):
             _draw(ax, rows.sort_values("thickness_mm"), column, errors, SERIES[number], strategies)
         ax.set_ylabel(label)
-        ax.set_ylim(bottom=0)
+        ax.set_ylim(0, 1.08 * ax.dataLim.y1)
     for ax in axes[-1]:
         ax.set_xlabel("compressed thickness (mm)")
     for number, (breast, _) in enumerate(table.groupby(["volunteer", "side"])):

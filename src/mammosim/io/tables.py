@@ -12,6 +12,9 @@ from mammosim.core.errors import MissingResult
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import missing_rows, reason_of, require_there
 
+# Significant digits of the study's tables: they are the same on every processor (docs/decisions/machines.md).
+HOLDING_DIGITS = 5
+
 
 def read_table(path: str | Path) -> pd.DataFrame:
     """One row per record, one column per quantity (unit in its name); only an empty cell is missing.
@@ -54,10 +57,14 @@ def read_commented(path: str | Path) -> pd.DataFrame:
     return pd.read_csv(path, skiprows=head, keep_default_na=False, na_values=[""])
 
 
-def write_table(frame: pd.DataFrame, path: str | Path) -> None:
-    """Write the columns without the index; every float reads back as the same number."""
+def write_table(frame: pd.DataFrame, path: str | Path, *, digits: int | None = None) -> None:
+    """Write the columns without the index; every float reads back as the same number.
+
+    digits: significant digits that floats are rounded to, where fewer are meant.
+    """
+    shape = None if digits is None else f"%.{digits}g"
     with replacing(path) as temporary:
-        frame.to_csv(temporary, index=False, lineterminator="\n")
+        frame.to_csv(temporary, index=False, lineterminator="\n", float_format=shape)
 
 
 def read_json(path: str | Path) -> Any:

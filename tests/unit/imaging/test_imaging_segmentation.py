@@ -74,6 +74,16 @@ def test_the_same_strokes_give_the_same_labels(chest, found) -> None:
     np.testing.assert_array_equal(again.probability.values, found.probability.values)
 
 
+def test_an_image_changed_by_a_billionth_gives_the_same_labels(chest, found) -> None:
+    """As another machine may change it: by 1e-9 of its largest value, in single precision."""
+    I = chest.image.values.astype(float)
+    away = np.random.default_rng(3).uniform(-1e-9, 1e-9, I.shape) * np.abs(I).max()
+    other = Image(chest.image.grid, (I + away).astype(np.float32))
+    assert (other.values != chest.image.values).any()
+    labels = segment(other, chest.strokes(), settings=SETTINGS).labels.values
+    np.testing.assert_array_equal(labels, found.labels.values)
+
+
 def test_gradient_boosting_serves_as_well(chest) -> None:
     settings = Settings(classifier="gradient_boosting", trees=5)
     values = dice(segment(chest.image, chest.strokes(), settings=settings).labels, chest.labels)

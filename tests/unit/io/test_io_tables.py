@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from mammosim.io.atomic import replacing
-from mammosim.io.tables import read_json, read_table, write_json, write_table
+from mammosim.io.tables import HOLDING_DIGITS, read_json, read_table, write_json, write_table
 
 
 def test_a_table_reads_back_bit_for_bit(tmp_path: Path) -> None:
@@ -64,3 +64,12 @@ def test_a_folder_replaces_a_folder(tmp_path: Path) -> None:
             temporary.mkdir()
             (temporary / name).touch()
     assert [p.name for p in folder.iterdir()] == ["new.dcm"]
+
+
+def test_a_table_may_carry_the_digits_that_hold(tmp_path):
+    rows = pd.DataFrame({"force_n": [1.23456789, 12345.678, np.nan], "draw": [1, 2, 3], "name": list("abc")})
+    write_table(rows, tmp_path / "table.csv", digits=HOLDING_DIGITS)
+    found = read_table(tmp_path / "table.csv")
+    assert found.force_n.tolist()[:2] == [1.2346, 12346.0]
+    assert found.draw.tolist() == [1, 2, 3]
+    assert np.isnan(found.force_n[2])
