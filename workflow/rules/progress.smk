@@ -43,8 +43,8 @@ class Progress(logging.Handler):
             self.time_left.end(record.job_id, time.time())
             self.ended = record.job_id
         elif event == LogEvent.JOB_ERROR:
-            rule, _ = self.time_left.running.pop(record.jobid, ("", 0.0))
-            if rule in STOPPING:
+            ended, _ = self.time_left.running.pop(record.jobid, ("", 0.0))
+            if ended in STOPPING:
                 workflow.scheduler.keepgoing = False
         elif event == LogEvent.PROGRESS and record.done < record.total:
             logger.info(self.words())

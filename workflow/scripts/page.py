@@ -5,7 +5,7 @@ from pathlib import Path
 import _log
 import yaml
 
-from mammosim.io.tables import read_json, read_table
+from mammosim.io.tables import read_json, read_rows
 from mammosim.study.layout import Contents, sections
 from mammosim.study.report import report
 
@@ -14,7 +14,7 @@ def main(files: dict, target: str, out: str) -> None:
     layout = yaml.safe_load(Path(files["text"]).read_text())
     contents = Contents(
         {Path(path).stem: Path(path).read_bytes() for path in files["pictures"]},
-        {Path(path).stem: read_table(path) for path in files["tables"]},
+        {Path(path).stem: read_rows(path) for path in files["tables"]},
     )
     page = report(
         f"mammosim: {layout['title'].lower()}",

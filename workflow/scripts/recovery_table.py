@@ -3,15 +3,19 @@
 import _log
 import pandas as pd
 
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.missing import missing_rows
+from mammosim.io.tables import read_rows, read_those_there, write_json, write_table
 from mammosim.study.recovery import by_tissue, numbers
 
 COLUMNS = ["seed", "side", "tissue", "true_kpa", "fitted_kpa", "low_kpa", "high_kpa", "inside_95", "seconds"]
 
 
 def main(rows: list[str], table: str, tissues: str, facts: str) -> None:
-    moduli = pd.concat([read_table(path) for path in rows], ignore_index=True)
-    write_table(moduli[[*COLUMNS, "identifiable"]], table)
+    moduli = read_those_there(rows)
+    every = pd.concat([read_rows(path) for path in rows], ignore_index=True)
+    gone = every[missing_rows(every)]
+    reasons = ["volunteer", "outcome"] if len(gone) else []
+    write_table(pd.concat([moduli, gone]).reindex(columns=[*COLUMNS, "identifiable", *reasons]), table)
     write_table(by_tissue(moduli), tissues)
     write_json(numbers(moduli), facts)
 
