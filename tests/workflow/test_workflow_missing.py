@@ -61,14 +61,17 @@ def test_a_detector_too_small_and_a_strategy_too_strong_are_reasons_on_the_first
         "compress small left squash gravity",
         "compress large left squash gravity",
     }
-    assert "image" in reasons[reasons.index.str.startswith("mammogram large")].iloc[0]
+    (lacking,) = reasons[reasons.index.str.startswith("mammogram large")]
+    assert {"dose", "image", "dose_routes", "slices", "conservation"} & set(lacking.split(", ")) == {
+        *("dose", "image", "dose_routes", "slices")
+    }
     first = begins(copied)
-    assert "3 stages gave no answer." in first
+    assert "3 results could not be had." in first
     assert all(reason.split(":")[0] in first for reason in reasons.index)
     rows = pd.read_csv(copied.run / "results/study/image.csv").set_index(["volunteer", "strategy"])
     assert rows.dose_mgy["small", "standard"] > 0
     assert rows.outcome["large", "standard"].startswith("missing: mammogram large")
-    assert "gave no answer" in "\n".join(result.stdout.splitlines()[-20:])
+    assert "could not be had" in "\n".join(result.stdout.splitlines()[-20:])
 
 
 def test_whatever_follows_from_a_missing_mesh_says_so_and_the_other_woman_is_complete(copied):
@@ -84,3 +87,18 @@ def test_whatever_follows_from_a_missing_mesh_says_so_and_the_other_woman_is_com
         rows = pd.read_csv(copied.run / f"results/study/{name}.csv")
         assert rows[rows.volunteer == "small"].drop(columns="outcome").notna().any(axis=1).all()
         assert (rows[rows.volunteer == "large"].outcome == f"missing: {why}").any()
+
+
+def test_slices_alone_are_missing_where_only_their_detector_is_too_small(copied):
+    file = copied.run / XRAYED.format(v="large")
+    file = file.with_name(f"{file.name}_field.csv")
+    rows = pd.read_csv(file)
+    rows.loc[rows["view"] == "tomosynthesis", "outcome"] = "too wide by 4 mm"
+    rows.to_csv(file, index=False)
+    tables = ("results/study/slices.csv", "results/study/image.csv")
+    result = copied.snakemake("--rerun-triggers", "mtime", "--", *tables)
+    assert result.returncode == 0, result.stdout[-6000:]
+    slices, image = (pd.read_csv(copied.run / name).set_index("volunteer") for name in tables)
+    assert slices.outcome["large"] == "missing: tomosynthesis large left standard gravity: too wide by 4 mm"
+    assert slices.cnr["small"].notna().all()
+    assert image.dose_mgy.notna().all()

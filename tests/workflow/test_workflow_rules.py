@@ -65,6 +65,26 @@ def test_every_rule_says_what_it_does_and_keeps_a_log(repository):
         assert [rule.split(":")[0] for rule in rules if part not in rule] == []
 
 
+# What an image must pass before anything else is done with it, and what makes digital volunteers.
+MUST_SUCCEED = {"check_input", "import_image", "fiducials"} | {
+    f"digital_{what}" for what in ("woman", "draw", "body", "position", "scan")
+}
+
+
+def test_every_stage_of_a_volunteer_may_find_no_answer(repository):
+    """One that asks for a volunteer, or makes a figure of her, writes the reason in place of its outputs."""
+    text = "\n".join(path.read_text() for path in sorted((repository / "workflow/rules").glob("*.smk")))
+    unable = set()
+    for rule in re.split(r"^rule ", text, flags=re.M)[1:]:
+        output = re.search(r"    output:\n(.*?)\n    \w+:", rule, flags=re.S)
+        script = re.search(r'"\.\./scripts/(\w+\.py)"', rule)
+        of_a_volunteer = output and re.search(r"\{[vw]\}|figures/(?!accuracy|scenes|peers|hard)", output[1])
+        if of_a_volunteer and "_stage.run" not in (repository / "workflow/scripts" / script[1]).read_text():
+            unable.add(rule.split(":")[0])
+    on_demand = {"soften", "figure_recovery", "figure_wrong_model", "figure_softening", "figure_effects"}
+    assert unable - on_demand - {"figure_spectra", "figure_report195"} == MUST_SUCCEED
+
+
 def test_a_misspelt_key_stops_before_the_first_job(study, tmp_path):
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("mechanics: {swep: 1}\n")

@@ -13,8 +13,9 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY
 from mammosim.study import configuration
 
+PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
-sys.executable = shlex.quote(sys.executable.strip("'"))
+sys.executable = shlex.quote(PYTHON)
 HOME = Path(workflow.basedir)
 PACKAGE = HOME / "src" / "mammosim"
 SCRIPTS = HOME / "workflow" / "scripts"
@@ -58,11 +59,12 @@ def volunteer_table(file):
 
     A digital woman who is not studied by default has rows, too: where the rules that make her put her scans.
     """
-    table = pd.read_table(home(file), dtype=str, comment="#", keep_default_na=False)
-    table = table[table.volunteer.isin(config["volunteers"])]
+    listed = pd.read_table(home(file), dtype=str, comment="#", keep_default_na=False)
+    table = listed[listed.volunteer.isin(config["volunteers"])]
     others = [(w, p) for w in DIGITAL if w not in config["volunteers"] for p in lying(w)]
     table = pd.concat([table, pd.DataFrame([digital_row(w, p) for w, p in others])], ignore_index=True)
     try:
+        configuration.check_listed(listed, config["volunteers"], file=file)
         configuration.check_volunteers(table, file=file, reference_position=config["reference_position"])
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
@@ -295,7 +297,7 @@ def standard_of(wildcards):
     """The way of the standard strategy, by which every other one of the same breast and moduli is measured."""
     if wildcards.strategy == "standard":
         return []
-    return [f"results/compression/{wildcards.v}/{wildcards.side}/standard_{wildcards.moduli}{end}" for end in (".vtu", "_path.csv")]
+    return [f"results/compression/{wildcards.v}/{wildcards.side}/standard_{wildcards.moduli}{end}" for end in (".vtu", "_path.csv", "_plates.json")]
 
 
 def pressed_by_all(wildcards, end):

@@ -1,6 +1,10 @@
 # The breast between paddle and support, by several strategies and with several sets of moduli.
 COMPRESSION = config["compression"]
 WAYS = checked(read_yaml(COMPRESSION["strategies_file"]), "compression", [COMPRESSION["strategies_file"]])
+try:
+    configuration.check_thicknesses(COMPRESSION["thickness_mm"], config["volunteers"])
+except ConfigurationError as error:
+    raise WorkflowError(f"ConfigurationError: {error}") from None
 STRATEGIES = known_strategies(COMPRESSION["strategies"], WAYS)
 MODULI = {name: TISSUES if name == "gravity" else tissue_table(name) for name in COMPRESSION["moduli"]}
 XRAYED = "standard_gravity"  # what is X-rayed by default; any other strategy and set of moduli may be asked for

@@ -237,6 +237,7 @@ rule figure_thickness:
     """How thick one breast is everywhere under the paddle, by every strategy."""
     input:
         maps=lambda wildcards: pressed_by_all(wildcards, "_thickness.csv"),
+        plates="results/compression/{v}/{side}/standard_{moduli}_plates.json",
         library=library("figure_thickness.py"),
     output:
         "results/study/figures/thickness_{v}_{side}_{moduli}.png",

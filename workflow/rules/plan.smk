@@ -11,7 +11,7 @@ rule plan:
         "results/study/plan.csv",
     params:
         dry_run=[
-            *(sys.executable, "-m", "snakemake", "--dry-run", "--quiet", "rules"),
+            *(PYTHON, "-m", "snakemake", "--dry-run", "--quiet", "rules"),
             *asked_settings(),
             *("--snakefile", str(HOME / "Snakefile")),
         ],

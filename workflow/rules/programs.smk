@@ -3,19 +3,18 @@ import os
 import shlex
 import shutil
 import subprocess
-import sys
 
 PEERS = checked(read_yaml(config["peers"]), "peers", [config["peers"]])
 DEBIANS_PYTHON = PEERS["debians_python"]
 PEERS_PYTHON = str(HOME / ".venv-peers" / "bin" / "python")
 # Program -> its Python, its adapter in workflow/scripts/peers, and the words it is given.
 PROGRAMS = {
-    "mammosim": (sys.executable, "with_mammosim.py", []),
+    "mammosim": (PYTHON, "with_mammosim.py", []),
     "felupe": (PEERS_PYTHON, "with_felupe.py", []),
     "dolfinx_mumps": (DEBIANS_PYTHON, "with_dolfinx.py", ["mumps"]),
     "dolfinx_gamg": (DEBIANS_PYTHON, "with_dolfinx.py", ["gamg"]),
     "ngsolve": (PEERS_PYTHON, "with_ngsolve.py", []),
-    "calculix": (sys.executable, "with_calculix.py", []),
+    "calculix": (PYTHON, "with_calculix.py", []),
     "scikit_fem": (PEERS_PYTHON, "with_scikit_fem.py", []),
 }
 OWN_RESIDUAL = "residual over weight"
@@ -66,12 +65,12 @@ def peer_program(wildcards):
 # X-ray: program -> its Python, its adapter, and the words it is given beside those of a user's command.
 XRAY_PEERS = PEERS["xray"]
 XRAY_PROGRAMS = {
-    "mammosim": (sys.executable, "with_mammosim_xray.py", []),
-    "plain_transport": (sys.executable, "with_plain_transport.py", []),
+    "mammosim": (PYTHON, "with_mammosim_xray.py", []),
+    "plain_transport": (PYTHON, "with_plain_transport.py", []),
     "gecatsim": (PEERS_PYTHON, "with_gecatsim.py", []),
     "itk_rtk_joseph": (PEERS_PYTHON, "with_itk_rtk.py", ["joseph"]),
     "itk_rtk_voxels": (PEERS_PYTHON, "with_itk_rtk.py", ["voxels"]),
-    **{name: (sys.executable, "with_command.py", []) for name in XRAY_PEERS["commands"]},
+    **{name: (PYTHON, "with_command.py", []) for name in XRAY_PEERS["commands"]},
 }
 
 

@@ -66,6 +66,9 @@ class Progress(logging.Handler):
         """The time left, and the time so far."""
         needs, rules = self.to_do()
         failed = {workflow.dag.jobid(job) for job in workflow.scheduler.failed}
+        # One whose outputs were not there when it had ended has said no more.
+        for job in failed:
+            self.time_left.running.pop(job, None)
         # Snakemake's graph still has the job whose end it reports.
         out = {self.ended} | failed | stranded(needs, failed)
         now = time.time()
@@ -99,6 +102,7 @@ class Progress(logging.Handler):
         return last_words(
             map(Failure, names, logs),
             not_run=len(self.to_do()[0]) - len(failed),
+            stopped=not workflow.scheduler.keepgoing,
             results=Path("results").resolve(),
             run_log=Path(run_log[0]) if run_log else None,
             since=self.start,
@@ -127,5 +131,6 @@ onerror:
 
 onsuccess:
     gaps = Path("results/study/missing.csv")
-    if gaps.exists() and (lines := told_briefly(pd.read_csv(gaps, keep_default_na=False))):
+    made_now = gaps.exists() and gaps.stat().st_mtime >= PROGRESS.start
+    if made_now and (lines := told_briefly(pd.read_csv(gaps, keep_default_na=False))):
         logger.warning(lines)

@@ -37,7 +37,9 @@ PICTURES = [
 rule missing:
     """What the study asked for and did not get, each reason once: the first page of the report names it."""
     input:
-        tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
+        tables=expand(
+            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
+        ),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
         library=library("missing.py"),
     output:

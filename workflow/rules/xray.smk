@@ -13,7 +13,7 @@ GEOMETRY = {
 known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 if workflow.is_main_process:
     for words in foreseen(config, STRATEGIES, tabulated("imaging_systems").set_index("system").to_dict("index")):
-        logger.warning(f"A gap is to be expected: {words}.")
+        logger.warning(f"A result will be missing, as it seems: {words}.")
 SCATTERED = "scatter" in XRAY["effects"]
 TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")
 CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", *TUBE)

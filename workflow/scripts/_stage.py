@@ -15,7 +15,8 @@ import _log
 from mammosim.core.errors import ConfigurationError, MammosimError, MissingResult
 from mammosim.io.missing import write_missing
 
-COLUMNS = {"v": "volunteer", "w": "volunteer", "p": "position"}  # what a wildcard is called in tables
+# The column of a table for each wildcard of a rule that has another name there.
+COLUMNS = {"v": "volunteer", "w": "volunteer", "p": "position", "kpa": "youngs_modulus_kpa"}
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """The quality of the study's beam beside that of every usual target and filter, and their spectra."""
 
-import _log
+import _stage
 import pandas as pd
 
 from mammosim.io.tables import write_table
@@ -24,5 +24,5 @@ def main(tube: dict, quality: str, spectra: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.params.tube, snakemake.output.quality, snakemake.output.spectra)
+    with _stage.run(snakemake):
+        main(snakemake.params.tube, snakemake.output.quality, snakemake.output.spectra)

@@ -6,14 +6,14 @@ import _stage
 import numpy as np
 import pandas as pd
 
-from mammosim.core.errors import MechanicsError, MeshError
+from mammosim.core.errors import MechanicsError, MeshError, MissingResult
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
-from mammosim.io.missing import write_missing
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.missing import PREFIX, write_missing
+from mammosim.io.tables import read_json, read_table, write_json, write_table
 from mammosim.study.points import MaterialPoints
 from mammosim.study.pressed import pressed, refused
-from mammosim.study.strategies import STANDARD, Scene, Strategy, Way
+from mammosim.study.strategies import STANDARD, NoStandard, Scene, Strategy, Way
 
 
 def main(files: dict, job: dict, settings: dict) -> None:
@@ -30,15 +30,27 @@ def main(files: dict, job: dict, settings: dict) -> None:
         shapes |= Way.of(found).point_data() if job["strategy"] == STANDARD else {}
         write_json(made.plates, files["plates"])
     except (MechanicsError, MeshError) as error:
-        made = refused(mesh, str(error))
-        sys.stderr.write(f"\n{' '.join(job.values())}: {made.row['outcome']}\n\n")
-        write_missing(files["plates"], f"compress {' '.join(job.values())}: {error}")
+        reason, outcome = why(error, job, files["standard"])
+        made = refused(mesh, outcome)
+        write_missing(files["plates"], reason)
     cells = {name: made.cells[name].to_numpy() for name in made.cells.columns.drop("tissue")}
     write_mesh(mesh.moved_to(made.points), files["shape"], point_data=shapes, cell_data=cells)
     write_table(made.faces, files["faces"])
     tables = {"path": made.path, "amounts": made.amounts, "thickness": made.thickness}
     for name, table in (tables | {"row": pd.DataFrame([made.row])}).items():
         write_table(table.assign(**job)[[*job, *table.columns]], files[name])
+
+
+def why(error: Exception, job: dict, standard: list[str]) -> tuple[str, str]:
+    """Why a strategy is missing, for what follows from it, and for its own row."""
+    if isinstance(error, NoStandard):
+        try:
+            read_json(standard[2])
+        except MissingResult as root:
+            return str(root), f"{PREFIX}{root}"
+    words = " ".join(str(error).split())
+    sys.stderr.write(f"\nmissing, and the other jobs go on: compress {' '.join(job.values())}: {words}\n\n")
+    return f"compress {' '.join(job.values())}: {words}", f"refused: {words}"
 
 
 def way_of(files: list[str]) -> Way:

@@ -1,6 +1,6 @@
 """Glandular dose of the standard breasts by Monte Carlo and by Dance's factors."""
 
-import _log
+import _stage
 
 from mammosim.io.tables import read_json, read_table, write_table
 from mammosim.study.view import spectrum_from
@@ -16,9 +16,9 @@ def main(files: dict[str, str], settings: dict, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(
-        dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
-        snakemake.params.seed,
-    )
+    with _stage.run(snakemake):
+        main(
+            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            dict(snakemake.params.items()),
+            snakemake.params.seed,
+        )

@@ -2,13 +2,17 @@
 
 import _stage
 
+from mammosim.core.errors import MissingResult
 from mammosim.figures.strategies import amounts
 from mammosim.io.figures import write_figure
 from mammosim.io.tables import read_table
 
 
 def main(table: str, out: str) -> None:
-    write_figure(amounts(read_table(table)), out)
+    rows = read_table(table)
+    if rows.empty:
+        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
+    write_figure(amounts(rows), out)
 
 
 if __name__ == "__main__":

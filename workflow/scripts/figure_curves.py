@@ -2,6 +2,7 @@
 
 import _stage
 
+from mammosim.core.errors import MissingResult
 from mammosim.figures.strategies import Marks, curves
 from mammosim.io.figures import write_figure
 from mammosim.io.tables import read_table
@@ -9,6 +10,9 @@ from mammosim.io.tabulated import tabulated
 
 
 def main(table: str, out: str) -> None:
+    rows = read_table(table)
+    if rows.empty:
+        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
     practice = tabulated("published_mammography").set_index(["source", "quantity"])
     force = practice.loc["de Groot 2015", "force"]
     marks = Marks(
@@ -17,7 +21,7 @@ def main(table: str, out: str) -> None:
         pressure_kpa=practice.loc["de Groot 2015", "standardised pressure"]["mean"],
         pressure_source="10 kPa, de Groot",
     )
-    write_figure(curves(read_table(table), marks), out)
+    write_figure(curves(rows, marks), out)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Our photon transport beside AAPM report 195, case 3."""
 
-import _log
+import _stage
 
 from mammosim.figures.dose_routes import report195
 from mammosim.io.figures import write_figure
@@ -12,5 +12,5 @@ def main(table: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.table, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.input.table, snakemake.output[0])

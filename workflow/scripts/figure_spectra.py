@@ -1,6 +1,6 @@
 """Spectra of mammographic beams."""
 
-import _log
+import _stage
 
 from mammosim.figures.spectra import spectra
 from mammosim.io.figures import write_figure
@@ -12,5 +12,5 @@ def main(files: dict[str, str], out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), snakemake.output[0])
+    with _stage.run(snakemake):
+        main(dict(snakemake.input.items()), snakemake.output[0])

@@ -3,6 +3,7 @@
 import _stage
 import numpy as np
 
+from mammosim.core.errors import MissingResult
 from mammosim.figures.validation import SkinMap, prediction
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import write_figure
@@ -12,10 +13,13 @@ from mammosim.study.validation import CUT_MM, skin_distances
 
 
 def main(files: dict, position: str, fitted: dict[str, bool], out: str) -> None:
-    pairs = {
-        name: (read_mesh(shape), read_mesh(measured))
-        for name, shape, measured in zip(fitted, files["shapes"], files["measured"])
-    }
+    pairs = {}
+    for name, shape, measured in zip(fitted, files["shapes"], files["measured"]):
+        try:
+            pairs[name] = read_mesh(shape), read_mesh(measured)
+        except MissingResult:
+            if name == position:
+                raise
     known = {name: pair for name, pair in pairs.items() if np.isfinite(pair[0].points).all()}
     distances = {
         f"{name.replace('_', ' ')}, {'fitted' if fitted[name] else 'held out'}": skin_distances(*pair)

@@ -1,6 +1,6 @@
 """Our photon transport beside AAPM report 195, case 3."""
 
-import _log
+import _stage
 
 from mammosim.io.tables import write_table
 from mammosim.xray.verification import report195_rows
@@ -12,5 +12,5 @@ def main(settings: dict, seed: int, out: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.params.settings, snakemake.params.seed, snakemake.output[0])
+    with _stage.run(snakemake):
+        main(snakemake.params.settings, snakemake.params.seed, snakemake.output[0])

@@ -1,6 +1,6 @@
 """The spectrum that reaches the breast as a table, with its half-value layer and air kerma."""
 
-import _log
+import _stage
 
 from mammosim.io.tables import write_json, write_table
 from mammosim.study.view import spectrum_table
@@ -17,5 +17,5 @@ def main(tube: dict, spectrum: str, facts: str) -> None:
 
 
 if __name__ == "__main__":
-    _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.params.tube, snakemake.output.spectrum, snakemake.output.facts)
+    with _stage.run(snakemake):
+        main(snakemake.params.tube, snakemake.output.spectrum, snakemake.output.facts)

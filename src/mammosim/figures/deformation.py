@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.outlines import draw_outlines
-from mammosim.figures.style import QUIET, SERIES, new_figure, styled
+from mammosim.figures.style import QUIET, SERIES, new_figure, series_colour, styled
 
 MARKERS = ("o", "s", "D", "^", "v", "P")
 
@@ -25,15 +25,17 @@ def sweep(table: pd.DataFrame) -> Figure:
     error, way = figure.subplots(1, 2)
     for number, (volunteer, rows) in enumerate(table.sort_values("youngs_modulus_kpa").groupby("volunteer")):
         for side, marker, fill in (("left", "o", "full"), ("right", "s", "none")):
-            style = {"color": SERIES[number], "marker": marker, "fillstyle": fill}
+            style = {"color": series_colour(number), "marker": marker, "fillstyle": fill}
             label = f"{volunteer}, {side}"
             error.plot(rows.youngs_modulus_kpa, rows[f"nipple_{side}_mm"], label=label, **style)
-            error.axhline(rows[f"supine_{side}_mm"].iloc[0], color=SERIES[number], lw=0.9, ls=(0, (4, 3)))
+            error.axhline(
+                rows[f"supine_{side}_mm"].iloc[0], color=series_colour(number), lw=0.9, ls=(0, (4, 3))
+            )
         way.plot(
             rows.youngs_modulus_kpa,
             rows.max_displacement_mm,
-            color=SERIES[number],
-            marker=MARKERS[number],
+            color=series_colour(number),
+            marker=MARKERS[number % len(MARKERS)],
         )
     error.plot([], [], color=QUIET, lw=0.9, ls=(0, (4, 3)), label="before modelling")
     error.set(ylabel="predicted to measured nipple (mm)", title="nipple error")
@@ -62,7 +64,7 @@ def _draw_refused(ax: Axes, moduli: pd.Series, label: str, number: int) -> None:
             moduli,
             np.full(len(moduli), 0.97 - 0.05 * number),
             "x",
-            color=SERIES[number],
+            color=series_colour(number),
             mew=2,
             transform=ax.get_xaxis_transform(),
             label=label,
@@ -125,7 +127,7 @@ def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
     for ax, woman in zip(axes, women):
         for number, method in enumerate(methods):
             history = rows[(rows.volunteer == woman) & (rows.method == method)].sort_values("iteration")
-            style = {"color": SERIES[number % len(SERIES)], "marker": MARKERS[number % len(MARKERS)]}
+            style = {"color": series_colour(number), "marker": MARKERS[number % len(MARKERS)]}
             ax.semilogy(history.iteration, history.max_mm, label=method.replace("_", " "), **style)
         ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="asked")
         ax.set(xlabel="iteration", title=str(woman))

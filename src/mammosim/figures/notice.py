@@ -15,5 +15,5 @@ def notice(reason: str) -> Figure:
     lines = textwrap.wrap(reason, LINE)
     figure = new_figure(0.9 + 0.17 * len(lines))
     figure.text(0.02, 0.93, "This figure is missing.", color=VERMILION, weight="bold", va="top")
-    figure.text(0.02, 0.70, "\n".join(lines), color=QUIET, fontsize=8, va="top")
+    figure.text(0.02, 0.70, "\n".join(lines), color=QUIET, fontsize=8, va="top", parse_math=False)
     return figure

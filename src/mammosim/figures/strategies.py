@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,17 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.render import Camera, render
-from mammosim.figures.style import INK, QUIET, SEQUENTIAL, SERIES, new_figure, picture_axes, scale_bar, styled
+from mammosim.figures.style import (
+    INK,
+    QUIET,
+    SEQUENTIAL,
+    SERIES,
+    new_figure,
+    picture_axes,
+    scale_bar,
+    series_colour,
+    styled,
+)
 from mammosim.figures.surfaces import coloured_skin, cut_solid
 
 QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
@@ -50,7 +61,10 @@ def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
     breasts = list(dict.fromkeys(paths.volunteer + " " + paths.side))
     for row, name in zip(axes, moduli):
         for (_, strategy, breast), way in _ways(paths[paths.moduli == name]):
-            colour, line = SERIES[strategies.index(strategy)], LINES[breasts.index(breast) % len(LINES)]
+            colour, line = (
+                series_colour(strategies.index(strategy)),
+                LINES[breasts.index(breast) % len(LINES)],
+            )
             _draw_way(row, way, colour, line)
         row[0].set_title(f"{name} moduli")
     for column, (_, _, label) in zip(axes.T, QUANTITIES):
@@ -61,9 +75,9 @@ def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
         column[-1].set_xlabel("plates apart (mm)")
     axes[0, 0].xaxis.set_inverted(True)
     _draw_marks(axes, marks)
-    for strategy, colour in zip(strategies, SERIES):
+    for strategy, colour in zip(strategies, cycle(SERIES)):
         axes[0, 0].plot([], [], "o-", ms=4, color=colour, label=strategy)
-    for breast, line in zip(breasts, LINES):
+    for breast, line in zip(breasts, cycle(LINES)):
         axes[0, 0].plot([], [], line, color=QUIET, label=breast)
     figure.legend(loc="outside lower center", ncols=4)
     return figure
@@ -215,7 +229,7 @@ def amounts(table: pd.DataFrame) -> Figure:
             f"{mark:g}" for mark in sorted(shown[shown.measure == measure].threshold.unique())
         )
         ax.set_xlabel(f"{MEASURES[measure].format(marks)}", fontsize=8)
-    names = zip(SERIES, dict.fromkeys(shown.moduli))
+    names = zip(cycle(SERIES), dict.fromkeys(shown.moduli))
     handles = [Patch(color=colour, label=f"{name} moduli") for colour, name in names]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure
@@ -237,6 +251,6 @@ def _draw_bars(ax: Axes, rows: pd.DataFrame) -> None:
         for depth, mark in enumerate(marks):
             these = rows[(rows.moduli == name) & (rows.threshold == mark)].set_index("strategy").amount
             places = [strategies.index(s) + (number - (len(moduli) - 1) / 2) * width for s in these.index]
-            ax.bar(places, these, 0.9 * width, color=SERIES[number], alpha=(1 + depth) / len(marks))
+            ax.bar(places, these, 0.9 * width, color=series_colour(number), alpha=(1 + depth) / len(marks))
     ax.set_xticks(range(len(strategies)), strategies, rotation=60)
     ax.grid(False, axis="x")

@@ -20,6 +20,13 @@ QUIET = "#8a939e"
 BLUE, ORANGE, GREEN, VERMILION = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 PURPLE, SKY, YELLOW = "#cc79a7", "#56b4e9", "#f0e442"
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+
+
+def series_colour(number: int) -> str:
+    """A colour of SERIES for any number; they begin anew after the last."""
+    return SERIES[number % len(SERIES)]
+
+
 SEQUENTIAL = "viridis"
 TISSUE_COLOURS: Mapping[Label, str] = {
     Label.AIR: "#ffffff",

@@ -1,12 +1,13 @@
 """What thickness costs: dose, exposure, scatter and contrast of every strategy of compression."""
 
+from itertools import cycle
 from typing import Any
 
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mammosim.figures.style import QUIET, SERIES, new_figure, styled
+from mammosim.figures.style import QUIET, new_figure, series_colour, styled
 
 MARKERS = ("o", "s", "D", "^", "v", "P")
 # Column, its error bars (below and above, or one for both), label.
@@ -31,14 +32,14 @@ def trade_off(table: pd.DataFrame) -> Figure:
     strategies = list(dict.fromkeys(table.strategy))
     for ax, (column, errors, label) in zip(axes.ravel(), PANELS):
         for number, (_, rows) in enumerate(table.groupby(["volunteer", "side"])):
-            _draw(ax, rows.sort_values("thickness_mm"), column, errors, SERIES[number], strategies)
+            _draw(ax, rows.sort_values("thickness_mm"), column, errors, series_colour(number), strategies)
         ax.set_ylabel(label)
         ax.set_ylim(0, 1.08 * ax.dataLim.y1)
     for ax in axes[-1]:
         ax.set_xlabel("compressed thickness (mm)")
     for number, (breast, _) in enumerate(table.groupby(["volunteer", "side"])):
-        axes[0, 0].plot([], [], color=SERIES[number], label=" ".join(breast))
-    for strategy, marker in zip(strategies, MARKERS):
+        axes[0, 0].plot([], [], color=series_colour(number), label=" ".join(breast))
+    for strategy, marker in zip(strategies, cycle(MARKERS)):
         axes[0, 0].plot([], [], marker, color=QUIET, label=strategy)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure

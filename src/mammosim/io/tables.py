@@ -12,6 +12,7 @@ from mammosim.core.errors import MissingResult
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import missing_rows, reason_of, require_there
 
+NAMES = ("volunteer", "position", "side", "strategy", "moduli", "method", "tissue", "name")
 # Significant digits of the study's tables: they are the same on every processor (docs/decisions/machines.md).
 HOLDING_DIGITS = 5
 
@@ -33,8 +34,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def read_rows(path: str | Path) -> pd.DataFrame:
-    """As read_table, with the rows of results that are missing."""
-    return pd.read_csv(path, keep_default_na=False, na_values=[""])
+    """As read_table, with the rows of results that are missing. Columns of NAMES hold text, even '007'."""
+    return pd.read_csv(path, keep_default_na=False, na_values=[""], dtype=dict.fromkeys(NAMES, str))
 
 
 def read_those_there(paths: Iterable[str | Path]) -> pd.DataFrame:

@@ -53,7 +53,7 @@ def told_briefly(missing: pd.DataFrame) -> str:
     lines = [f"  {textwrap.shorten(reason, WIDTH)}" for reason in missing.reason[:NAMED]]
     more = [f"  and {len(missing) - NAMED} more"] if len(missing) > NAMED else []
     last = "Everything else is there; the first page of the report names what follows from these."
-    return "\n".join([f"{_stages(missing)} gave no answer:", *lines, *more, last])
+    return "\n".join([f"{_count(missing)} could not be had:", *lines, *more, last])
 
 
 def told(missing: pd.DataFrame) -> str:
@@ -61,10 +61,10 @@ def told(missing: pd.DataFrame) -> str:
     if missing.empty:
         return "Every result that was asked for is there."
     return (
-        f"**{_stages(missing)} gave no answer.** The table says why, and which tables and figures lack it; "
+        f"**{_count(missing)} could not be had.** The table says why, and which tables and figures lack it; "
         "what follows from it is missing there for the same reason. Everything else is complete."
     )
 
 
-def _stages(missing: pd.DataFrame) -> str:
-    return "One stage" if len(missing) == 1 else f"{len(missing)} stages"
+def _count(missing: pd.DataFrame) -> str:
+    return "One result" if len(missing) == 1 else f"{len(missing)} results"

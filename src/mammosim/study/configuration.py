@@ -88,6 +88,24 @@ def check_volunteers(table: pd.DataFrame, *, file: str, reference_position: str)
             )
 
 
+def check_thicknesses(thickness_mm: Mapping[str, float], volunteers: Iterable[str]) -> None:
+    """Raise ConfigurationError when a volunteer has no thickness of the standard compression."""
+    if lacking := [v for v in volunteers if v not in thickness_mm]:
+        raise ConfigurationError(
+            f"compression.thickness_mm lacks {', '.join(lacking)}; add the thickness in mm of her standard "
+            "compression, 40 to 70 is usual"
+        )
+
+
+def check_listed(table: pd.DataFrame, volunteers: Iterable[str], *, file: str) -> None:
+    """Raise ConfigurationError when a volunteer has no row of the table of volunteers."""
+    if lacking := sorted(set(volunteers) - set(table.volunteer)):
+        raise ConfigurationError(
+            f"{file} has no row of {', '.join(map(repr, lacking))}, whom `volunteers` names; it has rows of: "
+            f"{', '.join(dict.fromkeys(table.volunteer))}"
+        )
+
+
 def _check_gravity(volunteer: str, position: str, gravity: str, file: str) -> None:
     where = f"{file}: volunteer {volunteer!r}"
     if position not in GRAVITY:

@@ -19,16 +19,17 @@ def _strategies(settings: Values, strategies: Mapping[str, Values]) -> Iterator[
     """Of strategies that press further than any may, or whose pressure is stated for other moduli."""
     pressing = settings["compression"]
     for name, strategy in strategies.items():
-        for woman in settings["volunteers"]:
-            goal = strategy["until"].get("thickness_share", 1.0) * pressing["thickness_mm"].get(woman, 100.0)
+        share = strategy["until"].get("thickness_share")
+        for woman in settings["volunteers"] if share is not None else ():
+            goal = share * pressing["thickness_mm"][woman]
             if goal < pressing["smallest_mm"]:
                 yield (
-                    f"the strategy {name} presses {woman} to {goal:g} mm, and compression.smallest_mm is "
-                    f"{pressing['smallest_mm']:g}: it will end there or find nothing"
+                    f"the strategy {name} would press {woman} to {goal:g} mm, and compression.smallest_mm is "
+                    f"{pressing['smallest_mm']:g}"
                 )
         known = strategy["until"].get("pressure_kpa")
         if known is not None and (lacking := [m for m in pressing["moduli"] if m not in known]):
-            yield f"the strategy {name} states no pressure_kpa for the moduli {', '.join(lacking)}: no press"
+            yield f"the strategy {name} states no pressure_kpa for the moduli {', '.join(lacking)}"
 
 
 def _system(settings: Values, systems: Mapping[str, Values]) -> Iterator[str]:
@@ -36,11 +37,11 @@ def _system(settings: Values, systems: Mapping[str, Values]) -> Iterator[str]:
     name = settings["xray"]["tomosynthesis"]["system"]
     row = systems.get(name, {})
     if lacking := [key for key, value in row.items() if value is None or value != value]:
-        yield f"the system {name} lacks {', '.join(lacking)}: no slices"
+        yield f"the system {name} lacks {', '.join(lacking)}, so that it makes no slices"
 
 
 def _field(settings: Values) -> Iterator[str]:
-    """Of a field of mammography that the plates are wider or deeper than: a breast between them may be."""
+    """Of a field of mammography that is narrower than the plates: a breast between them may be, too."""
     xray, plates = settings["xray"], settings["compression"]["plate_mm"]
     magnified = xray["source_to_detector_mm"] / (
         xray["source_to_detector_mm"]

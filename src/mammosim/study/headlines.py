@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from mammosim.study.strategies_summary import numbers_of_strategies
+from mammosim.study.strategies_summary import NAMES, numbers_of_strategies
 from mammosim.study.sweep import VERIFIED
 from mammosim.study.unloading import FOUND
 
@@ -35,8 +35,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "cnr_max": _extreme(tables, "image", "cnr", "max"),
     }
     found |= _held_out(tables) | _intervals(tables)
-    if "compression" in tables:
-        found |= numbers_of_strategies(tables["compression"])
+    found |= numbers_of_strategies(tables["compression"]) if "compression" in tables else dict.fromkeys(NAMES)
     if "segmentation_overlap" in tables:
         smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
         found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}

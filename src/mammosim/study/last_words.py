@@ -37,17 +37,25 @@ def reason(log: str) -> str:
 
 
 def last_words(
-    failures: Iterable[Failure], *, not_run: int, results: Path, run_log: Path | None, since: float
+    failures: Iterable[Failure],
+    *,
+    not_run: int,
+    stopped: bool,
+    results: Path,
+    run_log: Path | None,
+    since: float,
 ) -> str:
     """At most 15 lines about a run that did not reach its end.
 
-    not_run: jobs that were not run, since they need what failed, or since the run was stopped; results: the
-    folder of what is there; run_log: what Snakemake has said; since: see Failure.lines.
+    not_run: jobs that were not run, since they need what failed, or since the run was stopped, as it is where
+    an input is rejected; results: the folder of what is there; run_log: what Snakemake has
+    said; since: see Failure.lines.
     """
     known = sorted(failures, key=lambda failure: failure.job)
     named = [line for failure in known[:NAMED] for line in failure.lines(since)]
     more = len(known) - NAMED
-    why = ", for want of what failed" if known else ""
+    why = ", for want of what failed" if known and not stopped else ""
+    rest = "What is done" if stopped or not known else "All the rest"
     return "\n".join(
         [
             f"{counted(len(known), 'job')} failed:" if known else "The run was stopped.",
@@ -55,7 +63,7 @@ def last_words(
             *([f"  and {counted(more, 'other job')}"] if more > 0 else []),
             *([f"Not run{why}: {counted(not_run, 'job')}."] if not_run else []),
             *([f"What this run has said: {run_log}"] if run_log else []),
-            f"All the rest is there, in {results}: the same command again does only what is left.",
+            f"{rest} is there, in {results}: the same command again does only what is left.",
         ]
     )
 

@@ -65,8 +65,8 @@ def pressed(scene: Scene, found: Compression, thresholds: Mapping[str, list[floa
     )
 
 
-def refused(mesh: TetMesh, why: str) -> Pressed:
-    """What is written of a strategy that found no verified equilibrium."""
+def refused(mesh: TetMesh, outcome: str) -> Pressed:
+    """What is written of a strategy that found no verified equilibrium; outcome: of its row."""
     nothing = pd.DataFrame({"tissue": mesh.tissue})
     return Pressed(
         points=np.full_like(mesh.points, np.nan),
@@ -75,7 +75,7 @@ def refused(mesh: TetMesh, why: str) -> Pressed:
         faces=pd.DataFrame(columns=["area_mm2", "paddle_kpa", "support_kpa", "pressure_kpa"]),
         amounts=pd.DataFrame(columns=list(AMOUNTS)),
         thickness=pd.DataFrame(columns=COLUMNS),
-        row=dict.fromkeys(MEASURED, np.nan) | {"outcome": f"refused: {why}"},
+        row=dict.fromkeys(MEASURED, np.nan) | {"outcome": outcome},
         plates={},
     )
 

@@ -32,6 +32,10 @@ Step = tuple[float, float]  # distance of the plates in mm, and mean pressure th
 PADDLES: Mapping[str, Callable[..., Paddle]] = {"tilting": Tilting, "flexible": Flexible}
 
 
+class NoStandard(MechanicsError):
+    """A strategy is measured by the standard one, which found no equilibrium."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """One breast to press.
@@ -96,9 +100,9 @@ class Scene:
         return replace(found, path=path)
 
     def standard_path(self) -> pd.DataFrame:
-        """Of the standard strategy. Raises MechanicsError where that is not known."""
+        """Of the standard strategy. Raises NoStandard where that is not known."""
         if not self.standard:
-            raise MechanicsError("the standard strategy, which this one is measured by, found no equilibrium")
+            raise NoStandard("the standard strategy, which this one is measured by, found no equilibrium")
         return self.standard.path
 
 
@@ -155,7 +159,13 @@ class ThicknessShare:
 
     def press(self, scene: Scene, paddle: Paddle) -> Compression:
         """See Until."""
-        return scene.pressed(paddle, Thickness(self.share * scene.thickness_mm))
+        goal = self.share * scene.thickness_mm
+        if goal < scene.smallest_mm:
+            raise MechanicsError(
+                f"{goal:g} mm are less than compression.smallest_mm = {scene.smallest_mm:g}, the least "
+                "that a strategy may press to: raise its thickness_share"
+            )
+        return scene.pressed(paddle, Thickness(goal))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,10 @@ from mammosim.study.strategies import STANDARD
 from mammosim.study.sweep import VERIFIED
 
 BREAST = ["volunteer", "side"]
+NAMES = (
+    *("standard_force_least_n", "standard_force_most_n", "moduli_force_ratio", "standard_pressure_most_kpa"),
+    *("reduced_thicker_percent", "reduced_strain_percent", "unlevel_most_mm", "strategies_refused"),
+)
 
 
 def numbers_of_strategies(rows: pd.DataFrame) -> dict[str, float | None]:

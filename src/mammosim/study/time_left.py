@@ -3,6 +3,7 @@
 import heapq
 import math
 from collections.abc import Collection, Container, Hashable, Iterable, Mapping
+from contextlib import suppress
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -33,9 +34,10 @@ class TimeLeft:
         self.running[job] = rule, now
 
     def end(self, job: Hashable, now: float) -> None:
-        """A job has ended, well: what it took is learned."""
-        rule, began = self.running.pop(job)
-        self.learn(rule, now - began)
+        """A job has ended, well: what it took is learned. One that was never said to begin tells nothing."""
+        if job in self.running:
+            rule, began = self.running.pop(job)
+            self.learn(rule, now - began)
 
     def learn(self, rule: str, seconds: float) -> None:
         """A job of the rule took so long on this machine."""
@@ -166,7 +168,7 @@ def seconds_before(benchmarks: Path) -> dict[str, float]:
     """
     times: Times = {}
     for file in sorted(benchmarks.glob("*/*.tsv")):
-        lines = file.read_text().splitlines()
-        if len(lines) > 1:
-            times.setdefault(file.parent.name, []).append(float(lines[1].split()[0]))
+        # A file that a killed job left unfinished tells nothing.
+        with suppress(IndexError, ValueError):
+            times.setdefault(file.parent.name, []).append(float(file.read_text().splitlines()[1].split()[0]))
     return {rule: sum(each) / len(each) for rule, each in times.items()}

@@ -5,6 +5,7 @@ normal is (sin b, 0, cos b) with b = a turn/arc: b = 0 for a detector at rest.
 """
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -82,7 +83,10 @@ def system_of(table: pd.DataFrame, name: str) -> System:
     lacking = [each for each in names if pd.isna(known[name].get(each, np.nan))]
     if lacking:
         raise XrayError(
-            f"the system {name!r} lacks {', '.join(lacking)}; complete its row, or choose one of: "
-            f"{', '.join(other for other in known if other != name)}"
+            f"the system {name!r} lacks {', '.join(lacking)}; complete its row of the table imaging_systems, "
+            f"or choose another one: {', '.join(other for other in known if other != name)}"
         )
-    return System(name, **{each: known[name][each] for each in names})
+    # One gap in a column of integers makes all of them floats.
+    kinds = {each.name: int if each.type is int else float for each in fields(System)}
+    values: dict[str, Any] = {each: kinds[each](known[name][each]) for each in names}
+    return System(name, **values)

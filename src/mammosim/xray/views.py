@@ -1,5 +1,8 @@
 """The views of a breast pressed along z: one of mammography, or those over the arc of a system."""
 
+from collections.abc import Iterator
+from contextlib import suppress
+
 import numpy as np
 
 from mammosim.core.errors import XrayError
@@ -58,11 +61,11 @@ def tomosynthesis_geometries(
     the chest wall leaves the field of a view: the message names the view, and which systems hold the breast.
     """
     outline = Outline.of(phantom, chest_wall_y_mm)
-    found = _placed(system, outline, chest_wall_y_mm, pixel_mm or system.pixel_mm)
-    room = Room.around(outline.points, found)
+    # Coarser pixels cover a little less or more: what a system holds does not depend on them.
+    room = Room.around(outline.points, _placed(system, outline, chest_wall_y_mm, system.pixel_mm))
     if not room.least_mm >= 0:
         raise XrayError(_too_small(system, room, outline, chest_wall_y_mm))
-    return found
+    return _placed(system, outline, chest_wall_y_mm, pixel_mm or system.pixel_mm)
 
 
 def _placed(
@@ -82,19 +85,29 @@ def _too_small(system: System, room: Room, outline: Outline, chest_wall_y_mm: fl
     """Why a system does not hold the breast, and which do, those with most room first."""
     width, depth = system.size_mm
     angle = system.angles_deg[room.view]
-    others = [of for of in map(system_named, systems()) if of.arc_deg > 0 and of.name != system.name]
     spare = {
         of.name: Room.around(outline.points, _placed(of, outline, chest_wall_y_mm, of.pixel_mm)).least_mm
-        for of in others
+        for of in _others(system.name)
     }
     holding = sorted((name for name in spare if spare[name] >= 0), key=lambda name: -spare[name])[:NAMED]
     named = ", ".join(f"{name} ({spare[name]:.0f} mm to spare)" for name in holding)
-    advice = f"choose by xray.tomosynthesis.system: {named}" if named else "no system of the table holds her"
+    advice = "no other system holds her either: press her differently"
+    if named:
+        advice = f"choose by xray.tomosynthesis.system: {named}"
     return (
         f"the shadow of the breast leaves the detector of {system.name} in view {room.view + 1} of "
         f"{system.views} at {angle:.1f} degrees: all views together cover {room.needs_mm[0]:.0f} x "
         f"{room.needs_mm[1]:.0f} mm, the detector {width:.0f} x {depth:.0f} mm; {advice}"
     )
+
+
+def _others(name: str) -> Iterator[System]:
+    """The complete systems with an arc, but for one."""
+    for other in systems():
+        with suppress(XrayError):
+            of = system_named(other)
+            if of.arc_deg > 0 and other != name:
+                yield of
 
 
 def _view(system: System, foot: np.ndarray, a: float, pixel_mm: float) -> Geometry:

@@ -12,7 +12,7 @@ def test_each_reason_is_named_once_with_what_lacks_it():
     tables = {"image": gone, "dose": gone, "sweep": pd.DataFrame({"outcome": ["verified", "refused: soft"]})}
     found = missing_results(tables, {"mammogram_large": "mesh large prone: open", "sweep": None})
     assert found.values.tolist() == [["mesh large prone: open", "image, dose", "mammogram_large"]]
-    assert "One stage gave no answer" in told(found)
+    assert "One result could not be had" in told(found)
 
 
 def test_a_compression_without_equilibrium_is_missing_with_what_follows_from_it():
@@ -34,7 +34,7 @@ def test_a_complete_study_says_so():
 def test_a_terminal_ends_with_few_short_lines():
     gone = pd.DataFrame({"outcome": [f"missing: mesh {n}: {'open ' * 100}" for n in range(30)]})
     lines = told_briefly(missing_results({"image": gone}, {})).splitlines()
-    assert lines[0] == "30 stages gave no answer:"
+    assert lines[0] == "30 results could not be had:"
     assert lines[1].startswith("  mesh 0: open")
     assert lines[-2] == "  and 22 more"
     assert len(lines) < 15

@@ -5,7 +5,14 @@ import pytest
 import yaml
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.configuration import check_settings, check_tissues, check_volunteers, gravity_vector
+from mammosim.study.configuration import (
+    check_listed,
+    check_settings,
+    check_thicknesses,
+    check_tissues,
+    check_volunteers,
+    gravity_vector,
+)
 
 
 @pytest.fixture
@@ -94,3 +101,11 @@ def test_a_tissue_without_parameters_is_named():
         ConfigurationError, match="no parameters for tissue 'glandular'; add youngs_modulus_kpa"
     ):
         check_tissues(["adipose", "muscle"], ["adipose", "glandular", "muscle"], file="standard.yaml")
+
+
+def test_a_volunteer_without_thickness_or_without_rows_is_named():
+    with pytest.raises(ConfigurationError, match=r"compression\.thickness_mm lacks ada"):
+        check_thicknesses({"small": 45.0}, ["small", "ada"])
+    table = pd.DataFrame({"volunteer": ["small", "large"]})
+    with pytest.raises(ConfigurationError, match=r"my\.tsv has no row of 'ada', .* rows of: small, large"):
+        check_listed(table, ["small", "ada"], file="my.tsv")

@@ -25,12 +25,12 @@ def test_the_reason_is_the_last_error_of_a_log():
 def said(tmp_path):
     """The last words about so many failures with a log."""
 
-    def words(failures: int, not_run: int) -> list[str]:
+    def words(failures: int, not_run: int, *, stopped: bool = False) -> list[str]:
         log = tmp_path / "job.log"
         log.write_text(LOG)
         failed = [Failure(f"compress {i}", log) for i in range(failures)]
         folders = {"results": tmp_path / "results", "run_log": tmp_path / "run.log"}
-        return last_words(failed, not_run=not_run, since=0.0, **folders).splitlines()
+        return last_words(failed, not_run=not_run, stopped=stopped, since=0.0, **folders).splitlines()
 
     return words
 
@@ -52,6 +52,9 @@ def test_many_failures_fit_on_a_screen(said):
 
 def test_a_run_that_was_stopped_says_so(said):
     assert said(0, 1)[:2] == ["The run was stopped.", "Not run: 1 job."]
+    rejected = said(1, 200, stopped=True)
+    assert "Not run: 200 jobs." in rejected
+    assert rejected[-1].startswith("What is done is there")
 
 
 def test_an_old_log_is_not_taken_for_that_of_the_failure(tmp_path):

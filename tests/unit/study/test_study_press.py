@@ -1,5 +1,8 @@
 """Plates stand in front of the chest, level with the breast; views and headlines come from plain values."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -59,3 +62,11 @@ def test_a_bibliography_is_read_with_its_accents():
     assert entries(text) == [
         {"key": "b2", "author": "Mîra, A.", "year": "2018", "title": "About MRI", "in": "J"}
     ]
+
+
+def test_every_number_that_the_report_quotes_is_there_though_every_table_is_missing():
+    """A dash in the report, not a report that cannot be made."""
+    text = (Path(__file__).parents[3] / "workflow/report/sections.yaml").read_text()
+    quoted = set(re.findall(r"\{(headline\.\w+)", text))
+    assert len(quoted) > 30
+    assert quoted - {name for name in quoted if name.startswith("headline.dice_")} <= set(headlines({}))

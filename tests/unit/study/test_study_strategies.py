@@ -11,10 +11,10 @@ from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Body
-from mammosim.mechanics.paddles import Plates, Tilting
+from mammosim.mechanics.paddles import Plates, Rigid, Tilting
 from mammosim.study.configuration import check_settings
 from mammosim.study.pressed import MEASURED, PATH, pressed, refused
-from mammosim.study.strategies import MeanPressure, Scene, Strategy, Way
+from mammosim.study.strategies import MeanPressure, Scene, Strategy, ThicknessShare, Way
 from mammosim.study.strategies_summary import numbers_of_strategies
 
 THRESHOLDS = {"logarithmic": [0.0], "pressure_kpa": [0.0]}
@@ -115,7 +115,7 @@ def test_a_paddle_on_a_hinge_leaves_a_wedge_whose_volume_is_counted(after):
 
 
 def test_a_refused_strategy_is_a_row_that_says_why(scene):
-    made = refused(scene.mesh, "too hard")
+    made = refused(scene.mesh, "refused: too hard")
     assert made.row["outcome"] == "refused: too hard"
     assert np.isnan(made.row["force_n"])
     assert np.isnan(made.points).all()
@@ -140,7 +140,7 @@ def test_what_is_told_of_the_strategies(scene, standard, reduced):
         for name, found in (("standard", standard), ("reduced", reduced))
     ]
     stiff = [row | {"moduli": "compression", "force_n": 5 * row["force_n"]} for row in rows]
-    none = [rows[0] | dict(refused(scene.mesh, "-").row) | {"strategy": "tilted"}]
+    none = [rows[0] | dict(refused(scene.mesh, "refused: -").row) | {"strategy": "tilted"}]
     told = numbers_of_strategies(pd.DataFrame(rows + stiff + none))
     assert told["moduli_force_ratio"] == pytest.approx(5)
     assert told["reduced_thicker_percent"] == pytest.approx(100 * (reduced.path.readout_mm.iloc[-1] / 24 - 1))
@@ -188,3 +188,8 @@ def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(scene, after
     # Both meet the force within 1e-3 of it; the stiffness of the block is above force over thickness.
     assert np.abs(short.points - whole.points).max() < 1e-3 * 30.0
     assert short.path.tilt_deg.iloc[-1] == pytest.approx(whole.path.tilt_deg.iloc[-1], rel=5e-3)
+
+
+def test_no_strategy_presses_further_than_is_allowed(scene):
+    with pytest.raises(MechanicsError, match=r"2\.4 mm are less than compression\.smallest_mm = 20"):
+        ThicknessShare(0.1).press(replace(scene, thickness_mm=24.0, smallest_mm=20.0), Rigid())

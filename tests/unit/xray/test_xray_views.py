@@ -7,6 +7,7 @@ import pytest
 
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import grid_around
+from mammosim.io.tabulated import tabulated
 from mammosim.xray.attenuation import material
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.placement import Outline, Room
@@ -113,7 +114,7 @@ def test_what_leaves_the_field_is_named_with_its_view_and_with_systems_that_hold
     shallow = replace(system_named("siemens"), depth_pixels=round(50 / 0.085))
     with pytest.raises(XrayError, match="leaves the detector of siemens in view"):
         tomosynthesis_geometries(breast(), shallow, chest_wall_y_mm=0.0, pixel_mm=1.0)
-    with pytest.raises(XrayError, match="no system of the table holds her"):
+    with pytest.raises(XrayError, match="no other system holds her either"):
         tomosynthesis_geometries(breast(400.0), small, chest_wall_y_mm=0.0, pixel_mm=1.0)
 
 
@@ -124,3 +125,21 @@ def test_advice_names_only_keys_of_that_system():
         tomosynthesis_geometries(breast(200.0), system_named("victre"), chest_wall_y_mm=0.0, pixel_mm=1.0)
     assert "tomosynthesis" not in str(mammography.value)
     assert "field_mm" not in str(tomosynthesis.value)
+
+
+def test_what_a_system_holds_does_not_depend_on_the_pixels_that_are_asked_for():
+    """With pixels of 5 mm the detector is 115 mm deep, with its own 117 mm; the shadow needs 116 mm."""
+    deep = grid_around(np.array([-40.0, -103.0, 0.0]), np.array([40.0, 0.0, 50.0]), 1.0)
+    block = Phantom(deep, np.ones(deep.shape, np.uint8), MATERIALS)
+    of = system_named("siemens")
+    for pixel_mm in (0.5, 5.0):
+        assert len(tomosynthesis_geometries(block, of, chest_wall_y_mm=0.0, pixel_mm=pixel_mm)) == 25
+
+
+def test_a_gap_in_the_row_of_one_system_does_not_hide_the_reason_of_another(monkeypatch):
+    table = tabulated("imaging_systems")
+    gap = table.assign(views=table.views.where(table.system != "ge"))
+    monkeypatch.setattr("mammosim.xray.systems.tabulated", lambda name: gap)
+    assert system_named("hologic").angles_deg.shape == (15,)
+    with pytest.raises(XrayError, match=r"detector of victre .* hologic \(\d+ mm to spare\), siemens"):
+        tomosynthesis_geometries(breast(180.0), system_named("victre"), chest_wall_y_mm=0.0, pixel_mm=1.0)
