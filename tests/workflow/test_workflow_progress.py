@@ -1,5 +1,6 @@
 """A job that fails stops its own branch only; the last lines of the terminal name it, why, and its log."""
 
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -11,13 +12,14 @@ BESIDE = "results/xray/spectrum.csv"
 
 @pytest.fixture
 def broken(study, tmp_path):
-    """The study in a folder of its own, with a fault in the script that makes one of the two women."""
-    script = study.home / "workflow/scripts/digital_woman.py"
-    text = script.read_text()
+    """A copy of the study with a fault in the script that makes one of the two women."""
+    home, run = tmp_path / "home", tmp_path / "run"
+    shutil.copytree(study.home, home)
+    run.mkdir()
+    script = home / "workflow/scripts/digital_woman.py"
     fault = 'if "large" in out:\n        raise RuntimeError("a fault of the program")\n    '
-    script.write_text(text.replace("    write_json(", f"    {fault}write_json("))
-    yield replace(study, run=tmp_path)
-    script.write_text(text)
+    script.write_text(script.read_text().replace("    write_json(", f"    {fault}write_json("))
+    return replace(study, home=home, run=run)
 
 
 def test_a_failure_is_named_last_and_the_other_jobs_have_run(broken):

@@ -13,7 +13,7 @@ from mammosim.study.time_left import TimeLeft, chains, seconds_before, stranded
 REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one job did not complete")
 
 # An input that is rejected ends the run at once: it is to be mended before anything long runs.
-STOPPING = ("check_input",)
+ENDING_RULES = ("check_input",)
 
 
 class Progress(logging.Handler):
@@ -43,8 +43,8 @@ class Progress(logging.Handler):
             self.time_left.end(record.job_id, time.time())
             self.ended = record.job_id
         elif event == LogEvent.JOB_ERROR:
-            ended, _ = self.time_left.running.pop(record.jobid, ("", 0.0))
-            if ended in STOPPING:
+            self.time_left.running.pop(record.jobid, None)
+            if record.rule_name in ENDING_RULES:
                 workflow.scheduler.keepgoing = False
         elif event == LogEvent.PROGRESS and record.done < record.total:
             logger.info(self.words())
