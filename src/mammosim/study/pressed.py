@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.mechanics.compression import Compression
@@ -45,7 +46,11 @@ class Pressed:
 
 
 def pressed(scene: Scene, found: Compression, thresholds: Mapping[str, list[float]]) -> Pressed:
-    """The tables of a compression; thresholds: see study.discomfort.amounts_above."""
+    """The tables of a compression; thresholds: see study.discomfort.amounts_above.
+
+    Raises MechanicsError where the paddle does not touch the breast in the end.
+    """
+    _require_contact(found)
     mesh, x = scene.mesh, found.points
     cells = tissue_measures(mesh, scene.effects, x)
     faces = skin_measures(mesh, dict(zip(("paddle", "support"), found.plates)), x)
@@ -78,6 +83,16 @@ def refused(mesh: TetMesh, outcome: str) -> Pressed:
         row=dict.fromkeys(MEASURED, np.nan) | {"outcome": outcome},
         plates={},
     )
+
+
+def _require_contact(found: Compression) -> None:
+    """Raise MechanicsError for a state that no image is taken of: nothing is held between the plates."""
+    last = found.path.iloc[-1]
+    if not last.force_n > 0:
+        raise MechanicsError(
+            f"{last.readout_mm:.1f} mm above the support the paddle does not touch the breast, which is "
+            "thinner or has slipped out on the way; ask for less thickness, or take more steps (compression.steps)"
+        )
 
 
 def _row(

@@ -36,14 +36,17 @@ def _write_points(chain: Chain, points: np.ndarray, paths: Paths) -> None:
 
 def _write_pressed(chain: Chain, found: Pressed, paths: Paths) -> None:
     _write_points(chain, found.points, paths)
-    write_json({"row": dict(found.row), "plates": dict(found.plates)}, paths[1])
+    # A paddle that hardly touches has no pressed face to measure: JSON has no NaN.
+    row = {name: None if value != value else value for name, value in found.row.items()}
+    write_json({"row": row, "plates": dict(found.plates)}, paths[1])
 
 
 def _read_pressed(paths: Paths) -> Pressed:
     """Shape, row and plates; without the tables beside them."""
     facts, nothing = read_json(paths[1]), pd.DataFrame()
     points = read_mesh(paths[0]).points
-    return Pressed(points, nothing, nothing, nothing, nothing, nothing, facts["row"], facts["plates"])
+    row = {name: np.nan if value is None else value for name, value in facts["row"].items()}
+    return Pressed(points, nothing, nothing, nothing, nothing, nothing, row, facts["plates"])
 
 
 def _write_voxels(chain: Chain, voxels: Voxels, paths: Paths) -> None:

@@ -193,3 +193,9 @@ def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(scene, after
 def test_no_strategy_presses_further_than_is_allowed(scene):
     with pytest.raises(MechanicsError, match=r"2\.4 mm are less than compression\.smallest_mm = 20"):
         ThicknessShare(0.1).press(replace(scene, thickness_mm=24.0, smallest_mm=20.0), Rigid())
+
+
+def test_a_state_in_which_the_paddle_does_not_touch_is_no_compression(scene, standard):
+    apart = replace(standard, path=standard.path.assign(force_n=0.0))
+    with pytest.raises(MechanicsError, match=r"24\.0 mm above the support the paddle does not touch"):
+        pressed(scene, apart, THRESHOLDS)
