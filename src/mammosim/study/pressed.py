@@ -91,7 +91,7 @@ def _require_contact(found: Compression) -> None:
     if not last.force_n > 0:
         raise MechanicsError(
             f"{last.readout_mm:.1f} mm above the support the paddle does not touch the breast, which is "
-            "thinner or has slipped out on the way; ask for less thickness, or take more steps (compression.steps)"
+            "thinner or has slipped out on the way; ask for less thickness, or raise compression.steps"
         )
 
 
