@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import yaml
 
+from mammosim.chain.breast import Breast
+from mammosim.chain.graph import overridden
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import LabelMap, grid_around
-from mammosim.study.breast import Breast
-from mammosim.study.chain import overridden
 
 CENTRE = np.array([55.0, 0.0, 0.0])
 NAMES = (1, "woman", "left", "standard", "gravity")  # of the random streams: seed and job

@@ -9,7 +9,7 @@ import pytest
 
 from mammosim.io.mesh_arrays import write_mesh_arrays
 from mammosim.mechanics.body import load
-from mammosim.study.peers import AWAY_FROM_THE_HELD_FACE, Case, hemisphere
+from mammosim.study.peers.mechanics import AWAY_FROM_THE_HELD_FACE, Case, hemisphere
 
 SKIN = {"youngs_modulus_kpa": 10.0, "poisson_ratio": 0.45, "thickness_mm": 4.0}
 

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 import yaml
 
+from mammosim.chain.configuration import check_settings
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.configuration import check_settings
-from mammosim.study.hard_cases import HardCase
-from mammosim.study.hard_cases_judgement import Converges
+from mammosim.study.hard_cases.cases import HardCase
+from mammosim.study.hard_cases.judgement import Converges
 
 FAMILIES = {
     "soft",

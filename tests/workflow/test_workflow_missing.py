@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from mammosim.io.missing import write_missing
-from mammosim.study.completeness import missing_results
+from mammosim.study.jobs.completeness import missing_results
 
 pytestmark = pytest.mark.workflow
 CELL_MM = 15.0  # of scatter in the tiny study, which must divide its detectors

@@ -1,7 +1,7 @@
 # What accuracy costs in time, on demand. One job per value of a knob: adding one runs one.
-from mammosim.study.chain import pruned, read_by
-from mammosim.study.knobs import knobs
-from mammosim.study.trial import IMAGES, PRODUCTS
+from mammosim.chain.graph import pruned, read_by
+from mammosim.study.accuracy.knobs import knobs
+from mammosim.study.accuracy.trial import IMAGES, PRODUCTS
 
 ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
 TRIED = ACCURACY["volunteer"]  # the volunteer

@@ -11,7 +11,7 @@ from snakemake.exceptions import WorkflowError
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY
-from mammosim.study import configuration
+from mammosim.chain import configuration
 
 PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
@@ -107,7 +107,7 @@ def named_in(file):
         elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "tabulated":
             yield PACKAGE / "io" / "data" / f"{ast.literal_eval(node.args[0])}.csv"
         elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "template":
-            yield PACKAGE / "study" / "templates" / ast.literal_eval(node.args[0])
+            yield PACKAGE / "study" / "report" / "templates" / ast.literal_eval(node.args[0])
     for name in sorted(names):
         if name.split(".")[0] == "mammosim":
             path = HOME / "src" / Path(*name.split("."))
@@ -197,7 +197,7 @@ def others_checked(wildcards):
 
 
 def breast_inputs(volunteer):
-    """What study.breast begins with."""
+    """What chain.breast begins with."""
     position = STRESS_FREE["position"]
     return {
         "labels": f"results/segmentation/{volunteer}/{position}.nii.gz",

@@ -5,9 +5,9 @@ import time
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from mammosim.study.completeness import told_briefly
-from mammosim.study.last_words import Failure, last_words
-from mammosim.study.time_left import TimeLeft, chains, seconds_before, stranded
+from mammosim.study.jobs.completeness import told_briefly
+from mammosim.study.jobs.last_words import Failure, last_words
+from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded
 
 # What Snakemake says behind the last words, which say it, too.
 REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one job did not complete")

@@ -3,8 +3,8 @@ import hashlib
 import json
 
 from mammosim.io.tables import read_commented
-from mammosim.study.chain import nested, overridden, pruned, read_by
-from mammosim.study.presets import as_imaged, chosen
+from mammosim.chain.graph import nested, overridden, pruned, read_by
+from mammosim.study.accuracy.presets import as_imaged, chosen
 
 STUDY = "study"  # the accuracy of the study's own settings
 PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("knobs"))

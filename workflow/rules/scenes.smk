@@ -1,9 +1,10 @@
 # Scenes: a question each, the effects that it calls for, and only the jobs that its answer needs.
 from functools import partial
 
-from mammosim.study.chain import upstream
-from mammosim.study.scene_files import STORED
-from mammosim.study.scenes import PRODUCTS, Scene, effects_on, products_of
+from mammosim.chain.graph import upstream
+from mammosim.chain.files import STORED
+from mammosim.chain.stages import PRODUCTS, effects_on
+from mammosim.study.scenes.scene import Scene, products_of
 
 SCREENING = config["scenes"]
 SCENE_VALUES = {name: scene_values(name) for name in SCREENING["names"]}

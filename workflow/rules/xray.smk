@@ -2,7 +2,7 @@
 from snakemake.logging import logger
 
 from mammosim.io.tabulated import tabulated
-from mammosim.study.foreseen import foreseen
+from mammosim.study.jobs.foreseen import foreseen
 
 XRAY = config["xray"]
 MEASURED = STRESS_FREE["position"]

@@ -3,7 +3,7 @@
 import _log
 
 from mammosim.io.tables import write_table
-from mammosim.study.start import made_today, start_of, write_start
+from mammosim.study.accuracy.start import made_today, start_of, write_start
 
 
 def main(files: dict, given: dict, quantities: list[str], folder: str, table: str) -> None:

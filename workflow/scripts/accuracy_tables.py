@@ -6,10 +6,10 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.accuracy import accuracy, orders
-from mammosim.study.accuracy_summary import numbers
-from mammosim.study.error_budget import budget
-from mammosim.study.preset_tables import choices, preset_text, presets
+from mammosim.study.accuracy.error_budget import budget
+from mammosim.study.accuracy.errors import accuracy, orders
+from mammosim.study.accuracy.preset_tables import choices, preset_text, presets
+from mammosim.study.accuracy.summary import numbers
 
 
 def main(rows: list[str], limits: dict, out: dict) -> None:

@@ -3,9 +3,9 @@
 import _log
 
 from mammosim.io.tables import write_table
-from mammosim.study.knobs import Knob
-from mammosim.study.start import read_start, start_of
-from mammosim.study.trial import Trial
+from mammosim.study.accuracy.knobs import Knob
+from mammosim.study.accuracy.start import read_start, start_of
+from mammosim.study.accuracy.trial import Trial
 
 
 def main(files: dict, given: dict, knob: Knob, repeats: dict, out: str) -> None:

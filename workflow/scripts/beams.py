@@ -3,9 +3,9 @@
 import _stage
 import pandas as pd
 
+from mammosim.chain.view import COLUMNS
 from mammosim.io.tables import write_table
 from mammosim.io.tabulated import tabulated
-from mammosim.study.view import COLUMNS
 from mammosim.xray.quality import Paddle, quality_table
 from mammosim.xray.tube import tube_spectrum
 

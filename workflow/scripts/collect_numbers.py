@@ -7,8 +7,8 @@ import _log
 
 from mammosim.core.errors import MissingResult
 from mammosim.io.tables import read_table, write_json
-from mammosim.study.headlines import headlines
-from mammosim.study.summary import numbers
+from mammosim.study.report.headlines import headlines
+from mammosim.study.report.summary import numbers
 
 # The columns that tell the rows of each table apart.
 KEYS = {

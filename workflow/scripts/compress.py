@@ -6,14 +6,14 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.points import MaterialPoints
+from mammosim.chain.pressed import pressed, refused
+from mammosim.chain.strategies import STANDARD, NoStandard, Scene, Strategy, Way
 from mammosim.core.errors import MechanicsError, MeshError, MissingResult
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
 from mammosim.io.missing import PREFIX, write_missing
 from mammosim.io.tables import read_json, read_table, write_json, write_table
-from mammosim.study.points import MaterialPoints
-from mammosim.study.pressed import pressed, refused
-from mammosim.study.strategies import STANDARD, NoStandard, Scene, Strategy, Way
 
 
 def main(files: dict, job: dict, settings: dict) -> None:

@@ -5,12 +5,12 @@ from dataclasses import asdict
 import _stage
 import pandas as pd
 
+from mammosim.chain.field import MAMMOGRAM, require_held
+from mammosim.chain.mammogram import dose_in
+from mammosim.chain.view import craniocaudal, spectrum_from
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.field import MAMMOGRAM, require_held
-from mammosim.study.mammogram import dose_in
-from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict[str, str], settings: dict, job: dict, seed: int) -> None:

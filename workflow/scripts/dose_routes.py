@@ -2,11 +2,11 @@
 
 import _stage
 
+from mammosim.chain.mammogram import xray_phantom
+from mammosim.chain.view import spectrum_from
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.mammogram import xray_phantom
-from mammosim.study.view import spectrum_from
 from mammosim.xray.dose import GlandularDose
 from mammosim.xray.dose_routes import Beam, three_routes
 

@@ -4,9 +4,9 @@ import sys
 
 import _stage
 
+from mammosim.chain.field import HELD, field_rows
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, write_table
-from mammosim.study.field import HELD, field_rows
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:

@@ -6,7 +6,7 @@ from mammosim.figures.literature import gravity_and_compression
 from mammosim.io.figures import write_figure
 from mammosim.io.tables import read_table
 from mammosim.io.tabulated import tabulated
-from mammosim.study.published import beside
+from mammosim.study.identification.published import beside
 
 
 def main(fitted: str, ratios: str, out: str) -> None:

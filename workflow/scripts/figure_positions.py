@@ -2,11 +2,11 @@
 
 import _stage
 
+from mammosim.chain.configuration import gravity_vector
 from mammosim.figures.volunteers import positions
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import write_figure
 from mammosim.io.images import read_image
-from mammosim.study.configuration import gravity_vector
 
 
 def main(images: list[str], fiducials: list[str], gravity: dict[str, str], out: str) -> None:

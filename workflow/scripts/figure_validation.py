@@ -9,7 +9,7 @@ from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import write_figure
 from mammosim.io.meshes import read_mesh
 from mammosim.meshing.distance import distance_opposite, distance_to_rim
-from mammosim.study.validation import CUT_MM, skin_distances
+from mammosim.study.identification.validation import CUT_MM, skin_distances
 
 
 def main(files: dict, position: str, fitted: dict[str, bool], out: str) -> None:

@@ -4,7 +4,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import write_table
-from mammosim.study.hard_cases import HardCase, row
+from mammosim.study.hard_cases.cases import HardCase, row
 
 
 def main(name: str, values: dict, out: str) -> None:

@@ -7,7 +7,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.hard_cases import not_as_expected, numbers
+from mammosim.study.hard_cases.cases import not_as_expected, numbers
 
 
 def main(rows: list[str], table: str, facts: str) -> None:

@@ -5,11 +5,11 @@ import pandas as pd
 
 from mammosim.io.meshes import write_mesh
 from mammosim.io.tables import write_table
-from mammosim.study.diagnosis import require_explained, require_one_body
-from mammosim.study.fit import FitSettings, FitStep, fitted
-from mammosim.study.identification import Prior, Problem
-from mammosim.study.pair import Errors, read_pair
-from mammosim.study.posterior import draws, fit_row, moduli_table
+from mammosim.study.identification.diagnosis import require_explained, require_one_body
+from mammosim.study.identification.fit import FitSettings, FitStep, fitted
+from mammosim.study.identification.pair import Errors, read_pair
+from mammosim.study.identification.posterior import draws, fit_row, moduli_table
+from mammosim.study.identification.problem import Prior, Problem
 
 
 def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dict, settings: dict) -> None:

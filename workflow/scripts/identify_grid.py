@@ -3,9 +3,9 @@
 import _stage
 
 from mammosim.io.tables import write_table
-from mammosim.study.identification import Prior, Problem
-from mammosim.study.pair import read_pair
-from mammosim.study.search import grid_table
+from mammosim.study.identification.pair import read_pair
+from mammosim.study.identification.problem import Prior, Problem
+from mammosim.study.identification.search import grid_table
 
 
 def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dict, settings: dict) -> None:

@@ -4,15 +4,15 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.calcifications import Search, cluster_row
+from mammosim.chain.field import MAMMOGRAM, require_held
+from mammosim.chain.image_chain import Taken
+from mammosim.chain.mammogram import View, mammogram, scatter_from
+from mammosim.chain.view import craniocaudal, spectrum_from
 from mammosim.core.rng import generator
 from mammosim.core.volume import Grid, Image
 from mammosim.io.images import read_labels, write_image
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.calcifications import Search, cluster_row
-from mammosim.study.field import MAMMOGRAM, require_held
-from mammosim.study.image_chain import Taken
-from mammosim.study.mammogram import View, mammogram, scatter_from
-from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict, settings: dict, job: dict, seed: int) -> None:

@@ -3,13 +3,13 @@
 import _stage
 import numpy as np
 
+from mammosim.chain.breast import scanned_mesh
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.images import read_labels
 from mammosim.io.meshes import write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
 from mammosim.meshing.quality import quality
-from mammosim.study.breast import scanned_mesh
 
 
 def main(files: dict[str, str], volunteer: str, position: str, settings: dict) -> None:

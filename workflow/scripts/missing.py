@@ -6,7 +6,7 @@ import _log
 
 from mammosim.io.figures import missing_reason
 from mammosim.io.tables import read_rows, write_table
-from mammosim.study.completeness import missing_results
+from mammosim.study.jobs.completeness import missing_results
 
 
 def main(tables: list[str], pictures: list[str], out: str) -> None:

@@ -4,7 +4,7 @@ import _stage
 
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.tabulated import tabulated
-from mammosim.study.published import beside, ratios
+from mammosim.study.identification.published import beside, ratios
 
 
 def main(fitted: str, out: str) -> None:

@@ -4,10 +4,10 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.morph import MorphSettings, morphed, sound_mean
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.meshing.distance import surface_distance
-from mammosim.study.morph import MorphSettings, morphed, sound_mean
 
 
 def main(files: dict[str, str], volunteer: str, settings: dict) -> None:

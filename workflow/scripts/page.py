@@ -6,8 +6,8 @@ import _log
 import yaml
 
 from mammosim.io.tables import read_json, read_rows
-from mammosim.study.layout import Contents, sections
-from mammosim.study.report import report
+from mammosim.study.report.layout import Contents, sections
+from mammosim.study.report.pages import report
 
 
 def main(files: dict, target: str, out: str) -> None:

@@ -7,8 +7,8 @@ import pandas as pd
 from mammosim.io.mesh_arrays import read_mesh_arrays
 from mammosim.io.programs import found_by
 from mammosim.io.tables import write_table
-from mammosim.study.aims import OURS
-from mammosim.study.peers import Case, result
+from mammosim.study.peers.aims import OURS
+from mammosim.study.peers.mechanics import Case, result
 
 MEASURED = ("load_steps", "newton_iterations", "cpu_s", "memory_mb", "memory_before_mb")
 

@@ -5,8 +5,8 @@ import pandas as pd
 
 from mammosim.io.programs import found_by
 from mammosim.io.tables import write_table
-from mammosim.study.peers_xray import task_of
-from mammosim.study.peers_xray_rows import row_of
+from mammosim.study.peers.xray import task_of
+from mammosim.study.peers.xray_rows import row_of
 
 
 def main(files: dict, job: dict, task: dict, program: dict, out: str) -> None:

@@ -3,7 +3,7 @@
 import _log
 
 from mammosim.io.mesh_arrays import write_mesh_arrays
-from mammosim.study.peers import hemisphere
+from mammosim.study.peers.mechanics import hemisphere
 
 
 def main(edge_mm: float, layer_mm: float, out: str) -> None:

@@ -6,7 +6,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.peers_summary import numbers, targets, with_agreement
+from mammosim.study.peers.summary import numbers, targets, with_agreement
 
 
 def main(rows: list[str], aims: dict, stopping: dict[str, str], out: dict[str, str]) -> None:

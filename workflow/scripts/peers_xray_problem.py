@@ -3,7 +3,7 @@
 import _log
 
 from mammosim.io.problems import write_problem
-from mammosim.study.peers_xray import task_of
+from mammosim.study.peers.xray import task_of
 
 
 def main(kind: str, values: dict, out: dict[str, str]) -> None:

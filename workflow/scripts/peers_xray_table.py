@@ -6,7 +6,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.peers_xray_summary import numbers, targets
+from mammosim.study.peers.xray_summary import numbers, targets
 
 
 def main(rows: list[str], aims: list[dict], out: dict[str, str]) -> None:

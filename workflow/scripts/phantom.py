@@ -3,13 +3,13 @@
 import _stage
 import numpy as np
 
+from mammosim.chain.phantom import Lesion, conservation, field_box, field_grid, voxel_breast, with_lesion
 from mammosim.core.labels import Label
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.images import read_labels, write_labels
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_json, write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.phantom import Lesion, conservation, field_box, field_grid, voxel_breast, with_lesion
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:

@@ -11,7 +11,7 @@ import pandas as pd
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.progress import progress
 from mammosim.io.tables import read_table, write_table
-from mammosim.study.plan import costs, jobs_of, plan, scene_lines, summary, words
+from mammosim.study.jobs.plan import costs, jobs_of, plan, scene_lines, summary, words
 
 
 def main(

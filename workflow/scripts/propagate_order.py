@@ -7,7 +7,7 @@ import pandas as pd
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.io.meshes import read_mesh, read_point_data
 from mammosim.io.tables import read_table, write_table
-from mammosim.study.propagation import drawn_body, stored_energy
+from mammosim.study.identification.propagation import drawn_body, stored_energy
 
 
 def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:

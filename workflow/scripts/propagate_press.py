@@ -3,15 +3,15 @@
 import _stage
 import pandas as pd
 
+from mammosim.chain.view import spectrum_from
 from mammosim.core.rng import seed_of
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.images import read_labels
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
 from mammosim.io.tables import read_json, read_table, write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.propagation import FIT, by_stiffness, drawn_body
-from mammosim.study.propagation_press import Measured, glandular_dose, pressed
-from mammosim.study.view import spectrum_from
+from mammosim.study.identification.propagation import FIT, by_stiffness, drawn_body
+from mammosim.study.identification.propagation_press import Measured, glandular_dose, pressed
 
 
 def main(files: dict, job: dict, settings: dict, seed: int) -> None:

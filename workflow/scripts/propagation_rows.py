@@ -6,7 +6,7 @@ import pandas as pd
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.missing import missing_rows
 from mammosim.io.tables import read_rows, read_table, read_those_there, write_table
-from mammosim.study.propagation import FIT, position_rows, pressed_rows
+from mammosim.study.identification.propagation import FIT, position_rows, pressed_rows
 
 
 def main(files: dict, volunteer: str) -> None:

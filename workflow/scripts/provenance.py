@@ -6,7 +6,7 @@ from pathlib import Path
 import _log
 
 from mammosim.io.tables import write_json
-from mammosim.study.summary import assumptions, provenance
+from mammosim.study.report.summary import assumptions, provenance
 
 
 def main(lock: str, files: list[str], configuration: dict, out: str) -> None:

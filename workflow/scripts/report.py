@@ -10,10 +10,10 @@ from mammosim.figures.cost import time_and_memory
 from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
-from mammosim.study.bibliography import entries
-from mammosim.study.completeness import told
-from mammosim.study.layout import Contents, sections
-from mammosim.study.report import Listing, Section, report
+from mammosim.study.jobs.completeness import told
+from mammosim.study.report.bibliography import entries
+from mammosim.study.report.layout import Contents, sections
+from mammosim.study.report.pages import Listing, Section, report
 
 
 def main(files: dict, title: str, out: str) -> None:

@@ -2,12 +2,12 @@
 
 import _stage
 
+from mammosim.chain.field import MAMMOGRAM, require_held
+from mammosim.chain.mammogram import scatter_behind, scatter_cells
+from mammosim.chain.view import craniocaudal, spectrum_from
 from mammosim.core.rng import seed_of
 from mammosim.io.images import read_labels
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.field import MAMMOGRAM, require_held
-from mammosim.study.mammogram import scatter_behind, scatter_cells
-from mammosim.study.view import craniocaudal, spectrum_from
 
 
 def main(files: dict[str, str], settings: dict, seed: int) -> None:

@@ -2,10 +2,10 @@
 
 import _log
 
+from mammosim.chain.files import scene_chain
 from mammosim.io.tables import read_json, read_table, write_json
-from mammosim.study.scene_answers import values
-from mammosim.study.scene_files import scene_chain
-from mammosim.study.scenes import Scene
+from mammosim.study.scenes.answers import values
+from mammosim.study.scenes.scene import Scene
 
 
 def main(files: dict, job: dict, settings: dict, out: str) -> None:

@@ -2,8 +2,8 @@
 
 import _log
 
+from mammosim.chain.files import STORED, files_of, scene_chain
 from mammosim.io.tables import write_json
-from mammosim.study.scene_files import STORED, files_of, scene_chain
 
 
 def main(files: dict, settings: dict, out: dict) -> None:

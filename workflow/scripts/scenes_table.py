@@ -7,9 +7,9 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_commented, read_json, read_table, write_json, write_table
-from mammosim.study.presets import errors_at
-from mammosim.study.scenes_summary import numbers, outside, rows
-from mammosim.study.screening import COLUMNS, JOINT
+from mammosim.study.accuracy.presets import errors_at
+from mammosim.study.scenes.screening import COLUMNS, JOINT
+from mammosim.study.scenes.summary import numbers, outside, rows
 
 
 def main(files: dict, settings: dict, out: dict) -> None:

@@ -5,12 +5,13 @@ import time
 import _log
 import pandas as pd
 
+from mammosim.chain.breast import read_breast
+from mammosim.chain.graph import Chain
+from mammosim.chain.stages import PRODUCTS
 from mammosim.io.tables import write_json, write_table
-from mammosim.study.breast import read_breast
-from mammosim.study.chain import Chain
-from mammosim.study.scene_answers import answers
-from mammosim.study.scenes import PRODUCTS, Scene
-from mammosim.study.screening import Rule, Screening
+from mammosim.study.scenes.answers import answers
+from mammosim.study.scenes.scene import Scene
+from mammosim.study.scenes.screening import Rule, Screening
 
 
 def main(files: dict, settings: dict, out: dict) -> None:

@@ -2,12 +2,12 @@
 
 import _log
 
+from mammosim.chain.breast import read_breast
+from mammosim.chain.graph import Chain
+from mammosim.chain.mechanics import PRODUCTS as MECHANICS
+from mammosim.chain.xray import PRODUCTS as XRAY
 from mammosim.io.tables import read_table, write_table
-from mammosim.study.breast import read_breast
-from mammosim.study.chain import Chain
-from mammosim.study.products_mechanics import PRODUCTS as MECHANICS
-from mammosim.study.products_xray import PRODUCTS as XRAY
-from mammosim.study.softening import fitted_tissues, rows
+from mammosim.study.identification.softening import fitted_tissues, rows
 
 # ASSUME: friction, weight and fascia, left out here, hardly change what other moduli change.
 EFFECTS = frozenset({"gland", "muscle", "skin", "polychromatic", "paddle"})

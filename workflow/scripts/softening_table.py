@@ -4,7 +4,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.softening import numbers
+from mammosim.study.identification.softening import numbers
 
 
 def main(rows: list[str], table: str, facts: str) -> None:

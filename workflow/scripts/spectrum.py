@@ -2,8 +2,8 @@
 
 import _stage
 
+from mammosim.chain.view import spectrum_table
 from mammosim.io.tables import write_json, write_table
-from mammosim.study.view import spectrum_table
 from mammosim.xray.quality import Paddle, in_the_way
 from mammosim.xray.tube import tube_spectrum
 

@@ -3,6 +3,7 @@
 import _stage
 import pandas as pd
 
+from mammosim.chain.configuration import gravity_vector
 from mammosim.core.tissues import tissues_by_label
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
@@ -10,7 +11,6 @@ from mammosim.io.transforms import read_transform
 from mammosim.mechanics.body import Body, Skin
 from mammosim.mechanics.unloaded import UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
-from mammosim.study.configuration import gravity_vector
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:

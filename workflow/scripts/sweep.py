@@ -4,11 +4,11 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.configuration import gravity_vector
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.configuration import gravity_vector
 from mammosim.study.sweep import one_law, repose, sweep_row
 
 NIPPLES = ("nipple_left", "nipple_right")

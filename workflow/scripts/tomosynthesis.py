@@ -7,13 +7,13 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.field import TOMOSYNTHESIS, require_held
+from mammosim.chain.tomosynthesis import Arc, Masks, lesion_alone, slices_grid
+from mammosim.chain.view import spectrum_from
 from mammosim.core.rng import generator, seed_of
 from mammosim.core.volume import Image
 from mammosim.io.images import read_labels, write_image
 from mammosim.io.tables import read_json, read_table, write_table
-from mammosim.study.field import TOMOSYNTHESIS, require_held
-from mammosim.study.tomosynthesis import Arc, Masks, lesion_alone, slices_grid
-from mammosim.study.view import spectrum_from
 from mammosim.xray.reconstruction import filtered_backprojection, sart
 from mammosim.xray.systems import system_named
 

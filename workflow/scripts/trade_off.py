@@ -3,7 +3,7 @@
 import _stage
 
 from mammosim.io.tables import HOLDING_DIGITS, read_rows, write_table
-from mammosim.study.trade_off import trade_off
+from mammosim.study.report.trade_off import trade_off
 
 
 def main(compression: str, image: str, out: str) -> None:

@@ -4,13 +4,13 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.configuration import gravity_vector
 from mammosim.core.positions import gravity_direction
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
 from mammosim.mechanics.body import Skin
-from mammosim.study.configuration import gravity_vector
 from mammosim.study.sweep import one_law, repose, upright_row
 
 

@@ -2,14 +2,15 @@
 
 import _stage
 
+from mammosim.chain.configuration import gravity_vector
+from mammosim.chain.outcome import VERIFIED
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.tabulated import tabulated
 from mammosim.io.transforms import read_transform
-from mammosim.study.configuration import gravity_vector
-from mammosim.study.moduli import Moduli
-from mammosim.study.validation import VERIFIED, Start, errors, predicted, rows
+from mammosim.study.identification.moduli import Moduli
+from mammosim.study.identification.validation import Start, errors, predicted, rows
 
 
 def main(files: dict[str, str], job: dict, settings: dict) -> None:

@@ -4,7 +4,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.wrong_model import costs, moduli_beside, numbers
+from mammosim.study.identification.wrong_model import costs, moduli_beside, numbers
 
 
 def main(files: dict, twins: dict[str, str]) -> None:

@@ -8,8 +8,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SERIES, VERMILION, WIDTH, new_figure, styled
-from mammosim.study.accuracy import on_front
-from mammosim.study.presets import CHAIN
+from mammosim.study.accuracy.errors import on_front
+from mammosim.study.accuracy.presets import CHAIN
 
 COLUMNS = 3
 NOTHING = 0.3  # of the smallest error above zero: where an error of zero is drawn
@@ -24,8 +24,8 @@ SMALL_SHARE = 8.0  # percent; parts below bear no name
 def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
     """One picture per knob, both axes logarithmic: error in a quantity against processor time.
 
-    table: study.accuracy.accuracy. Filled: on the Pareto front of the knob; ring: today's setting; dotted:
-    what the reference leaves; triangle: an error of zero, below all others.
+    table: study.accuracy.errors.accuracy. Filled: on the Pareto front of the knob; ring: today's setting;
+    dotted: what the reference leaves; triangle: an error of zero, below all others.
     """
     rows = table[(table["quantity"] == quantity) & table.error.notna()]
     knobs = list(dict.fromkeys(rows.knob))
@@ -105,7 +105,7 @@ def _legend() -> list[Line2D]:
 def orders(table: pd.DataFrame) -> Figure:
     """A line per knob and quantity: p of error ~ size^p, and q of seconds ~ size^-q, with standard errors.
 
-    table: study.accuracy.orders. Without bar: too few points for an error.
+    table: study.accuracy.errors.orders. Without bar: too few points for an error.
     """
     table = table.iloc[::-1].reset_index(drop=True)
     figure = new_figure(1.0 + 0.19 * max(len(table), 1))
@@ -128,7 +128,7 @@ def orders(table: pd.DataFrame) -> Figure:
 def memory(table: pd.DataFrame) -> Figure:
     """A line per knob: the largest memory of the job of each value, dots growing from draft to reference.
 
-    table: study.accuracy.accuracy. Ring: today's setting.
+    table: study.accuracy.errors.accuracy. Ring: today's setting.
     """
     rows = table[table.knob != CHAIN].drop_duplicates(["knob", "value"])
     knobs = list(dict.fromkeys(rows.knob))[::-1]
@@ -152,7 +152,7 @@ def memory(table: pd.DataFrame) -> Figure:
 def budget(table: pd.DataFrame) -> Figure:
     """A bar per quantity: shares of the squared error by knob; beside it the total and the best next step.
 
-    table: study.error_budget.budget.
+    table: study.accuracy.error_budget.budget.
     """
     quantities = list(dict.fromkeys(table["quantity"]))[::-1]
     figure = new_figure(0.7 + 0.62 * max(len(quantities), 1))

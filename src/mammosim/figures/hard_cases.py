@@ -18,8 +18,8 @@ _SMALLEST = 1e-9
 def hard_cases(table: pd.DataFrame) -> Figure:
     """One line per case, by family: error over the largest allowed, and processor time.
 
-    table: rows of study.hard_cases.row. Circles converged, squares were refused, crosses are crashes; hollow,
-    beside the axes, where there is no number to compare; vermilion what is not as expected.
+    table: rows of study.hard_cases.cases.row. Circles converged, squares were refused, crosses are crashes;
+    hollow, beside the axes, where there is no number to compare; vermilion what is not as expected.
     """
     table = table.iloc[::-1].reset_index(drop=True)
     figure = new_figure(1.4 + 0.17 * len(table))

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SEQUENTIAL, VERMILION, new_figure, styled
-from mammosim.study.posterior import QUANTILE
+from mammosim.study.identification.posterior import QUANTILE
 
 SIDES = {"left": ("o", BLUE, 0.15), "right": ("s", ORANGE, -0.15)}
 TISSUES = ("muscle", "skin", "glandular", "adipose")  # upward
@@ -18,8 +18,10 @@ TISSUES = ("muscle", "skin", "glandular", "adipose")  # upward
 def identification(
     grid: pd.DataFrame, history: pd.DataFrame, moduli: pd.DataFrame, prior: Mapping[str, Mapping[str, float]]
 ) -> Figure:
-    """grid: rows of study.search; history: of FitStep; moduli: of study.posterior; prior: median_kpa, factor.
+    """The map of the grid, the path of the fit, and the moduli.
 
+    grid: rows of study.identification.search; history: of FitStep; moduli: of study.identification.posterior;
+    prior: median_kpa, factor.
     Grey bars: 95 % of the prior. Hollow: not identifiable from these data.
     """
     figure = new_figure(5.6)

@@ -17,9 +17,9 @@ COLOURS = {**UNDER, FITTED: SKY, USED: PURPLE}
 def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figure:
     """Young's moduli in the literature (the report's table 1.1) and in this study, on a logarithmic axis.
 
-    rows: of study.published.beside, fits with their intervals; here: name -> lowest and highest modulus that
-    this study assumes, kPa. A fit that is not identifiable is hollow; one that has only an upper end begins
-    at the axis.
+    rows: of study.identification.published.beside, fits with their intervals; here: name -> lowest and
+    highest modulus that this study assumes, kPa. A fit that is not identifiable is hollow; one that has only
+    an upper end begins at the axis.
     """
     used = pd.DataFrame(
         [("this study", name, low, high, USED, "") for name, (low, high) in here.items()],
@@ -74,7 +74,7 @@ def _remark(ax: Axes, rows: pd.DataFrame, status: str, text: str) -> None:
 def gravity_and_compression(rows: pd.DataFrame, ratios: pd.DataFrame) -> Figure:
     """Moduli fitted under gravity beside those used under compression, a column per tissue, with their ratio.
 
-    rows: of study.published.beside; ratios: of study.published.ratios.
+    rows: of study.identification.published.beside; ratios: of study.identification.published.ratios.
     """
     figure = new_figure(3.8)
     ax = figure.subplots()

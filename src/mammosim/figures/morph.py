@@ -21,7 +21,7 @@ def morph(
     """Outlines of the shapes, the morphed one's distance to the target from the front, and its regularity.
 
     shapes: name -> mesh, of which one is `morphed`; distance_mm (n_node,) of the skin of that one; history:
-    rows of study.morph.MorphStep; x_mm, z_mm: the sagittal and the axial plane.
+    rows of chain.morph.MorphStep; x_mm, z_mm: the sagittal and the axial plane.
     """
     figure = new_figure(6.0)
     (sagittal, axial), (front, regular) = figure.subplots(2, 2, width_ratios=(1, 1.35))

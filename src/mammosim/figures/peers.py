@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
-from mammosim.study.aims import OURS
+from mammosim.study.peers.aims import OURS
 
 THOUSANDS = np.array([20, 50, 100, 200, 500])
 

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
-from mammosim.study.aims import OURS
-from mammosim.study.peers_xray_summary import FOLLOWED
+from mammosim.study.peers.aims import OURS
+from mammosim.study.peers.xray_summary import FOLLOWED
 
 LIMITS = {"seconds": "at most", "histories_per_s": "at least"}
 

@@ -13,7 +13,7 @@ NIPPLE = {"nipple_x_mm": "x", "nipple_y_mm": "y", "nipple_z_mm": "z"}
 def propagation(table: pd.DataFrame) -> Figure:
     """Intervals of the nipples about the fit, and of force and dose, each side of each volunteer a line.
 
-    table: volunteer, side and rows of study.propagation; what was measured is a cross.
+    table: volunteer, side and rows of study.identification.propagation; what was measured is a cross.
     """
     lines = table[["volunteer", "side"]].drop_duplicates()
     figure = new_figure(1.9 + 0.62 * len(lines))

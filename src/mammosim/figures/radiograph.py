@@ -46,7 +46,7 @@ def mammogram(
 
     image: (nv, nu), signal per pixel, rows from the chest wall to the nipple, columns towards the patient's
     right; unobstructed: signal where nothing is in the way, by default the brightest per cent of the image;
-    lesion: (nv, nu) bool; row: of study.mammogram.
+    lesion: (nv, nu) bool; row: of chain.mammogram.
     """
     unobstructed = unobstructed or float(np.percentile(image, 99))
     shown = np.log(unobstructed / np.maximum(image, unobstructed * 1e-6))

@@ -18,7 +18,8 @@ MARGIN = 1.25  # of the axes beyond the smallest and the largest modulus
 def recovery(table: pd.DataFrame) -> Figure:
     """One picture per tissue that the volunteers have, both axes logarithmic; on the line is right.
 
-    table: rows of study.recovery.scored. Hollow: not identifiable; vermilion: the truth is outside.
+    table: rows of study.identification.recovery.scored. Hollow: not identifiable; vermilion: the truth is
+    outside.
     """
     table = table[table.true_kpa > 0]
     tissues = list(dict.fromkeys(table.tissue))

@@ -17,7 +17,10 @@ LINES = {"glandular": "-", "all": ":"}
 
 @styled
 def softening(table: pd.DataFrame) -> Figure:
-    """A panel per quantity against the factor of the moduli; rows of study.softening with volunteer, side."""
+    """A panel per quantity against the factor of the moduli.
+
+    table: rows of study.identification.softening with volunteer and side.
+    """
     figure = new_figure(4.6)
     breasts = list(table.groupby(["volunteer", "side"], sort=False))
     for ax, (column, (title, label)) in zip(figure.subplots(2, 2).ravel(), PANELS.items()):

@@ -120,7 +120,7 @@ def _draw_marks(axes: np.ndarray, marks: Marks) -> None:
 def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     """How thick the pressed breast is, seen from above, a panel per strategy on a common scale.
 
-    maps: strategy -> rows of study.thickness.thickness_map, none where it was refused. Lines are 5 mm
+    maps: strategy -> rows of chain.thickness.thickness_map, none where it was refused. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
     figure = new_figure(2.7)
@@ -208,7 +208,7 @@ def _show(ax: Axes, solid, camera: Camera, centre: np.ndarray, *, ink: str = INK
 def amounts(table: pd.DataFrame) -> Figure:
     """How much tissue and skin lies above the marks of each measure: a bar per strategy, a row per breast.
 
-    table: rows of study.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
+    table: rows of chain.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
     measure's marks is darker. A colour per set of moduli.
     """
     shown = table[table.tissue.isin(["all", "skin"])]

@@ -25,7 +25,7 @@ PANELS = (
 def trade_off(table: pd.DataFrame) -> Figure:
     """A panel per quantity against the compressed thickness; a marker per strategy, a colour per breast.
 
-    table: rows of study.trade_off.trade_off. Bars: one standard error, or 95 %.
+    table: rows of study.report.trade_off.trade_off. Bars: one standard error, or 95 %.
     """
     figure = new_figure(5.2)
     axes = figure.subplots(2, 3, sharex=True)

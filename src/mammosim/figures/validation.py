@@ -104,7 +104,7 @@ def _draw_shares(ax: Axes, distances: Mapping[str, np.ndarray]) -> None:
 def wrong_model(table: pd.DataFrame) -> Figure:
     """Errors of every position with the right and with the wrong model, a panel for each.
 
-    table: rows of study.wrong_model.costs.
+    table: rows of study.identification.wrong_model.costs.
     """
     positions = list(dict.fromkeys(table.position))
     figure = new_figure(2.9)

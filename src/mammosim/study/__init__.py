@@ -1,1 +1,1 @@
-"""What ties the sciences together: sweeps, phantoms, scores, summaries."""
+"""What is asked of the chain: a room per question."""

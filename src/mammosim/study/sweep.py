@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.points import MaterialPoints
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
@@ -12,9 +14,6 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Skin, load
 from mammosim.mechanics.reference import smallest_jacobians
-from mammosim.study.points import MaterialPoints
-
-VERIFIED = "verified"
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ import pandas as pd
 import pytest
 import yaml
 
+from mammosim.chain.quantities import QUANTITIES
 from mammosim.figures import accuracy as figures
 from mammosim.figures.style import VERMILION
-from mammosim.study.accuracy import orders
-from mammosim.study.error_budget import budget
-from mammosim.study.quantities import QUANTITIES
+from mammosim.study.accuracy.error_budget import budget
+from mammosim.study.accuracy.errors import orders
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from mammosim.figures import (
     volunteers,
 )
 from mammosim.io.tabulated import tabulated
-from mammosim.study.published import beside, ratios
+from mammosim.study.identification.published import beside, ratios
 
 GRAVITY = {"prone": np.array([0, -1.0, 0]), "supine": np.array([0, 1.0, 0])}
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.accuracy import accuracy, on_front, orders, slope
-from mammosim.study.error_budget import budget
+from mammosim.study.accuracy.error_budget import budget
+from mammosim.study.accuracy.errors import accuracy, on_front, orders, slope
 
 SIZES = (8.0, 4.0, 2.0, 1.0)
 NAMELESS = (np.nan, np.nan)  # of a knob whose reference is exact by definition

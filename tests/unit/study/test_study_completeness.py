@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from mammosim.study.completeness import missing_results, told, told_briefly
+from mammosim.study.jobs.completeness import missing_results, told, told_briefly
 
 JOB = {"volunteer": "large", "side": "left", "strategy": "squash", "moduli": "gravity"}
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from mammosim.io.tabulated import tabulated
-from mammosim.study.foreseen import foreseen
+from mammosim.study.jobs.foreseen import foreseen
 
 CONFIG = Path(__file__).parents[3] / "config"
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError, EquilibriumError, MechanicsError, MeshError
-from mammosim.study.hard_cases import HardCase, attempt, not_as_expected, numbers, row
-from mammosim.study.hard_cases_judgement import Converges, Outcome, Refused, judged
+from mammosim.study.hard_cases.cases import HardCase, attempt, not_as_expected, numbers, row
+from mammosim.study.hard_cases.judgement import Converges, Outcome, Refused, judged
 
 ANSWER = Converges(within=0.01, because="-", quantity="apex_mm", reference={"hemisphere": {"case": "x"}})
 REFUSAL = Refused("MechanicsError", ("3 cells", "inverted"))

@@ -7,10 +7,10 @@ from scipy.special import jv
 
 from mammosim.core.errors import MammosimError
 from mammosim.meshing.quality import quality
-from mammosim.study.hard_cases_bodies import DEFECTS, body
-from mammosim.study.hard_cases_references import greenhill, laminate, reference
-from mammosim.study.hard_cases_scenes import scene
-from mammosim.study.hard_cases_twins import TWINS, shape_of, twin
+from mammosim.study.hard_cases.bodies import DEFECTS, body
+from mammosim.study.hard_cases.references import greenhill, laminate, reference
+from mammosim.study.hard_cases.scenes import scene
+from mammosim.study.hard_cases.twins import TWINS, shape_of, twin
 
 BALL = {"shape": "ball", "radius_mm": 60.0, "edge_mm": 25.0}
 SCENE = {

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mammosim.chain.points import MaterialPoints
 from mammosim.core.errors import IdentificationError, MechanicsError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.meshing.shapes import ball_part, box
-from mammosim.study import pair as pairs
-from mammosim.study.diagnosis import chest_motion, require_explained, require_one_body
-from mammosim.study.fit import FitSettings, fitted
-from mammosim.study.identification import N_MODULI, Prior, Problem
-from mammosim.study.moduli import KEYS, Moduli
-from mammosim.study.pair import Errors, Pair, Position
-from mammosim.study.points import MaterialPoints
-from mammosim.study.posterior import covariance, draws, is_resolved, moduli_table
-from mammosim.study.search import grid_table
+from mammosim.study.identification import pair as pairs
+from mammosim.study.identification.diagnosis import chest_motion, require_explained, require_one_body
+from mammosim.study.identification.fit import FitSettings, fitted
+from mammosim.study.identification.moduli import KEYS, Moduli
+from mammosim.study.identification.pair import Errors, Pair, Position
+from mammosim.study.identification.posterior import covariance, draws, is_resolved, moduli_table
+from mammosim.study.identification.problem import N_MODULI, Prior, Problem
+from mammosim.study.identification.search import grid_table
 
 NU = 0.45
 ASSUMED = {
@@ -121,7 +121,7 @@ def test_a_short_step_that_lowers_nothing_ends_the_fit_and_widens_it_and_a_long_
     problem, fit, monkeypatch
 ):
     """Phi has kinks where nearest points change: begun beside the end, as if no part of the step helped."""
-    monkeypatch.setattr("mammosim.study.fit._improved", lambda *given: None)
+    monkeypatch.setattr("mammosim.study.identification.fit._improved", lambda *given: None)
     beside = fit.state.theta + 0.3 * np.sqrt(np.diag(fit.covariance))
     settled = FitSettings(errors=fit.errors, settled=0, tolerance=1e-3, stalled=2.0)
     ended = fitted(problem, start=beside, settings=settled)

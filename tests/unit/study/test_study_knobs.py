@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
+from mammosim.chain.quantities import QUANTITIES
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.knobs import Knob, knobs
-from mammosim.study.quantities import QUANTITIES
+from mammosim.study.accuracy.knobs import Knob, knobs
 
 SETTINGS = {"mesh": {"element_mm": {"breast": 12.0, "chest": 16.0}}, "xray": {"energies": 20, "filter": "Rh"}}
 

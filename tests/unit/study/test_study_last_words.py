@@ -2,7 +2,7 @@
 
 import pytest
 
-from mammosim.study.last_words import NO_ERROR, NO_LOG, Failure, last_words, reason
+from mammosim.study.jobs.last_words import NO_ERROR, NO_LOG, Failure, last_words, reason
 
 LOG = """2026-11-29 21:00:00 mammosim steps
 2026-11-29 21:00:01 root Traceback (most recent call last):

@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.layout import Contents, sections
-from mammosim.study.report import Listing, Picture
+from mammosim.study.report.layout import Contents, sections
+from mammosim.study.report.pages import Listing, Picture
 
 CONTENTS = Contents(
     {"sweep": b"s", "mesh_large_prone": b"m", "mesher": b"x"},

@@ -6,8 +6,8 @@ import pytest
 
 from mammosim.core.labels import Label
 from mammosim.mechanics.body import load
-from mammosim.study.peers import AWAY_FROM_THE_HELD_FACE, RADIUS_MM, Case, hemisphere, result
-from mammosim.study.peers_summary import numbers, targets, with_agreement
+from mammosim.study.peers.mechanics import AWAY_FROM_THE_HELD_FACE, RADIUS_MM, Case, hemisphere, result
+from mammosim.study.peers.summary import numbers, targets, with_agreement
 
 SKIN = {"youngs_modulus_kpa": 10.0, "poisson_ratio": 0.45, "thickness_mm": 2.0}
 STIFF = {"youngs_modulus_kpa": 1.0, "poisson_ratio": 0.45}

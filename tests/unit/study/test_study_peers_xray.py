@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.peers_xray import Dose, Region, Slices, View, task_of
-from mammosim.study.peers_xray_bodies import body, grid_of
-from mammosim.study.peers_xray_rows import row_of, times
-from mammosim.study.peers_xray_summary import numbers, targets
+from mammosim.study.peers.xray import Dose, Region, Slices, View, task_of
+from mammosim.study.peers.xray_bodies import body, grid_of
+from mammosim.study.peers.xray_rows import row_of, times
+from mammosim.study.peers.xray_summary import numbers, targets
 from mammosim.xray.projector import primary
 
 SMALL = {"voxels": (6, 20, 30), "voxel_mm": 5.0, "pixels": (30, 40), "pixel_mm": 4.0}

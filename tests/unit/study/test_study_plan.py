@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from mammosim.study.plan import HERE, TABLE, UNKNOWN, costs, jobs_of, plan, scene_lines, summary, words
+from mammosim.study.jobs.plan import HERE, TABLE, UNKNOWN, costs, jobs_of, plan, scene_lines, summary, words
 
 SAID = """Building DAG of jobs...
 Job stats:

@@ -5,10 +5,10 @@ import copy
 import pytest
 import yaml
 
+from mammosim.chain.configuration import check_settings
 from mammosim.io.tables import read_commented
-from mammosim.study.configuration import check_settings
-from mammosim.study.preset_tables import preset_text
-from mammosim.study.presets import chosen
+from mammosim.study.accuracy.preset_tables import preset_text
+from mammosim.study.accuracy.presets import chosen
 
 PRESETS = ("draft", "standard", "reference")
 

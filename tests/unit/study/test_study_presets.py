@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.preset_tables import choices, preset_text, presets
-from mammosim.study.presets import TIE, as_imaged, chosen, errors_at
+from mammosim.study.accuracy.preset_tables import choices, preset_text, presets
+from mammosim.study.accuracy.presets import TIE, as_imaged, chosen, errors_at
 
 T = 100.0
 

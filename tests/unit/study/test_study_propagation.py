@@ -8,7 +8,7 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.fiducials import Fiducials
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.unloaded import Unloaded
-from mammosim.study.propagation import (
+from mammosim.study.identification.propagation import (
     by_stiffness,
     expected_share_percent,
     nipple_table,

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mammosim.io.tabulated import tabulated
-from mammosim.study.published import beside, ratios
+from mammosim.study.identification.published import beside, ratios
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.report import Listing, Picture, Section, cell, heading, paragraphs, quoted, report
+from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, paragraphs, quoted, report
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
 TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<refused>"]})

@@ -3,10 +3,11 @@
 import pandas as pd
 import pytest
 
+from mammosim.chain.files import STORED
+from mammosim.chain.graph import upstream
+from mammosim.chain.stages import PRODUCTS, effects_on
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.chain import upstream
-from mammosim.study.scene_files import STORED
-from mammosim.study.scenes import DEAR, EFFECTS, EQUIPMENT, PRODUCTS, Scene, effects_on, products_of
+from mammosim.study.scenes.scene import DEAR, EFFECTS, EQUIPMENT, Scene, products_of
 
 UPRIGHT, PRESSED = {"position": "upright"}, {"strategy": "standard"}
 

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from mammosim.study.scenes_summary import numbers, outside, rows
+from mammosim.study.scenes.summary import numbers, outside, rows
 
 SCREENED = {"values": {"nipple_mm": [3.0, 4.0, 0.0], "agd_percent": 2.2}, "effects": ["skin"], "seconds": 5.0}
 FULL = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.errors import MechanicsError
-from mammosim.study.screening import COLUMNS, Answer, Rule, Screening
+from mammosim.study.scenes.screening import COLUMNS, Answer, Rule, Screening
 
 SIZES = {"large": 3.0, "middle": 0.2, "small": 0.05, "tiny": 0.01}
 

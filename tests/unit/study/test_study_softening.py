@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mammosim.chain.graph import Chain, Product
 from mammosim.core.errors import MechanicsError
-from mammosim.study.chain import Chain, Product
-from mammosim.study.softening import fitted_tissues, numbers, rows, scaled
+from mammosim.study.identification.softening import fitted_tissues, numbers, rows, scaled
 
 ASSUMED = {
     "tissues": {

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.study.summary import assumptions, citations, digest, numbers, provenance
+from mammosim.study.report.summary import assumptions, citations, digest, numbers, provenance
 
 
 def test_numbers_are_named_by_table_row_and_column():

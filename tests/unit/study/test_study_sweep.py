@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
+from mammosim.chain.outcome import VERIFIED
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.labels import Label
 from mammosim.mechanics.body import Skin
 from mammosim.study import sweep
-from mammosim.study.sweep import VERIFIED, one_law, repose, sweep_row, upright_row
+from mammosim.study.sweep import one_law, repose, sweep_row, upright_row
 
 SUPINE, PRONE, UPRIGHT = np.array([0.0, 1, 0]), np.array([0.0, -1, 0]), np.array([0.0, 0, -1])
 NIPPLES = np.array([[20.0, 0, 15], [10.0, 0, 15]])

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from mammosim.study.time_left import TimeLeft, chains, makespan, seconds_before, stranded
+from mammosim.study.jobs.time_left import TimeLeft, chains, makespan, seconds_before, stranded
 
 STAGES = [2.0, 4.0, 8.0, 12.0, 30.0, 60.0, 5.0, 10.0, 3.0, 20.0]  # s of the table, one behind the other
 TABLE = {f"stage_{i}": seconds for i, seconds in enumerate(STAGES)} | {"figure": 4.0, "grid": 240.0}

@@ -6,7 +6,7 @@ import pytest
 from mammosim.core.errors import ConfigurationError
 from mammosim.figures.trade_off import PANELS
 from mammosim.figures.trade_off import trade_off as drawn
-from mammosim.study.trade_off import KEY, PRESSED, SEEN, trade_off
+from mammosim.study.report.trade_off import KEY, PRESSED, SEEN, trade_off
 
 BREASTS = ("small", "large")
 

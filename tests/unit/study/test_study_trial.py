@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mammosim.chain.graph import Product
 from mammosim.core.errors import MechanicsError
-from mammosim.study import trial
-from mammosim.study.chain import Product
-from mammosim.study.knobs import Knob
-from mammosim.study.trial import Start, Trial, needed, touched
+from mammosim.study.accuracy import trial
+from mammosim.study.accuracy.knobs import Knob
+from mammosim.study.accuracy.trial import Start, Trial, needed, touched
 
 COUNT: list[str] = []
 SETTINGS = {"mesh": {"element_mm": 12.0}, "xray": {"dose_error_percent": 1.0, "energies": 20}}

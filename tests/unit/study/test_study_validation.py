@@ -9,8 +9,7 @@ import pytest
 from mammosim.core.errors import FiducialError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.mechanics.body import Body
-from mammosim.study.sweep import one_law
-from mammosim.study.validation import (
+from mammosim.study.identification.validation import (
     VERIFIED,
     Prediction,
     Start,
@@ -21,6 +20,7 @@ from mammosim.study.validation import (
     skin_distances,
     skin_errors,
 )
+from mammosim.study.sweep import one_law
 
 POINTS = np.array([[40.0, -3.0, 50.0], [60.0, 0.0, 45.0], [50.0, -1.0, 55.0]])
 FIDUCIALS = Fiducials(("breast_1", "breast_2", "nipple_left"), ("breast", "breast", "nipple"), POINTS)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.study.wrong_model import costs, moduli_beside, numbers
+from mammosim.study.identification.wrong_model import costs, moduli_beside, numbers
 
 TWINS = {"fibrous": "small"}
 

@@ -23,8 +23,8 @@ SMALLEST_STEP = 1 / 64
 class Problem:
     """points (n_node, 3); cells (n_cell, 10) in VTK order; tissue (n_cell,); boundaries name -> (n_face, 6).
 
-    case: as mammosim.study.peers writes it, with the tolerance of the relative residual, and load_steps, how
-    many equal ones to begin with.
+    case: as mammosim.study.peers.mechanics writes it, with the tolerance of the relative residual, and
+    load_steps, how many equal ones to begin with.
     """
 
     points: np.ndarray

@@ -15,7 +15,7 @@ from _run import run as timed
 
 @dataclass(frozen=True)
 class Problem:
-    """Arrays and facts as mammosim.study.peers_xray writes them; settings: of this program and run.
+    """Arrays and facts as mammosim.study.peers.xray writes them; settings: of this program and run.
 
     path: the problem's own file, for a program that reads it itself.
     """

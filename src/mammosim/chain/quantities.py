@@ -1,0 +1,111 @@
+"""What a user can ask of one breast, in the unit of its name, and how far two answers are apart in it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mammosim.chain.graph import Chain
+from mammosim.chain.mechanics import nipple_of
+from mammosim.core.errors import ConfigurationError
+
+QUANTILE = 1.96  # of the normal distribution: 95 % lie within so many standard errors
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """products: what it is taken from; of: a chain -> its value; relative: whether changes are in percent.
+
+    words: what it is, for tables and figures.
+    """
+
+    words: str
+    products: tuple[str, ...]
+    of: Callable[[Chain], np.ndarray | float]
+    relative: bool = False
+    noise: Callable[[Chain], float] | None = None
+    means_with: tuple[str, ...] = ()
+
+    def change(self, value: np.ndarray | float, reference: np.ndarray | float) -> float:
+        """How far a value is from a reference, in the unit of the quantity's name."""
+        away = float(np.linalg.norm(np.asarray(value) - reference))
+        return 100 * away / float(np.linalg.norm(reference)) if self.relative else away
+
+
+def _d_noise(chain: Chain) -> float:
+    """From the 95 % interval of d'."""
+    row = chain["image"]
+    return (row["calcification_d_high"] - row["calcification_d_low"]) / (
+        2 * QUANTILE * row["calcification_d"]
+    )
+
+
+def _pressed(column: str) -> Callable[[Chain], float]:
+    return lambda chain: float(chain["pressed"].row[column])
+
+
+def _seen(column: str) -> Callable[[Chain], float]:
+    return lambda chain: float(chain["image"][column])
+
+
+NOISE = ("quantum_noise",)  # a contrast over no noise is infinite
+QUANTITIES: Mapping[str, Quantity] = {
+    "nipple_mm": Quantity(
+        "place of the nipple in the position", ("loaded",), lambda chain: nipple_of(chain, chain["loaded"])
+    ),
+    "force_n": Quantity("force of the paddle", ("pressed",), _pressed("force_n")),
+    "thickness_mm": Quantity("thickness under the paddle", ("pressed",), _pressed("thickness_mm")),
+    "pressure_kpa": Quantity("mean pressure of the paddle", ("pressed",), _pressed("mean_pressure_kpa")),
+    "strain_percent": Quantity(
+        "95th percentile of the logarithmic strain", ("pressed",), _pressed("logarithmic_p95"), relative=True
+    ),
+    "mas_percent": Quantity(
+        "automatic exposure", ("exposure",), lambda chain: chain["exposure"], relative=True
+    ),
+    "agd_percent": Quantity(
+        "mean glandular dose at automatic exposure",
+        ("dose", "exposure"),
+        lambda chain: chain["dose"].mgy_per_mas * chain["exposure"],
+        relative=True,
+        noise=lambda chain: chain["dose"].relative_error,
+    ),
+    "scatter_to_primary": Quantity(
+        "scatter over primary behind the lesion", ("image",), _seen("scatter_to_primary")
+    ),
+    "cnr_percent": Quantity(
+        "contrast-to-noise ratio of the lesion",
+        ("image",),
+        _seen("cnr_quantum"),
+        relative=True,
+        means_with=NOISE,
+    ),
+    "d_percent": Quantity(
+        "d' of the calcifications",
+        ("image",),
+        _seen("calcification_d_expected"),
+        relative=True,
+        means_with=NOISE,
+    ),
+    "d_told_percent": Quantity(
+        "d' of the calcifications as a number of images tells it",
+        ("image",),
+        _seen("calcification_d"),
+        relative=True,
+        noise=_d_noise,
+        means_with=NOISE,
+    ),
+    "slice_cnr_percent": Quantity(
+        "contrast-to-noise ratio of the lesion in its slice",
+        ("slices",),
+        lambda chain: chain["slices"]["cnr"],
+        relative=True,
+        means_with=NOISE,
+    ),
+}
+
+
+def quantities(names: list[str]) -> Mapping[str, Quantity]:
+    """Those with these names. Raises ConfigurationError for a name that means none."""
+    if unknown := [name for name in names if name not in QUANTITIES]:
+        raise ConfigurationError(f"no quantity {unknown[0]!r}; choose among: {', '.join(QUANTITIES)}")
+    return {name: QUANTITIES[name] for name in names}

@@ -1,0 +1,1 @@
+"""How accurate an answer is, and what that costs."""

@@ -1,0 +1,1 @@
+"""Compressions that are hard to solve, with what is known of them."""

@@ -1,0 +1,1 @@
+"""Moduli from measured positions, what they are worth, and what follows from them."""

@@ -1,0 +1,143 @@
+"""The few numbers by which the whole study is told, from its tables; None where one is absent."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from mammosim.chain.outcome import VERIFIED
+from mammosim.study.report.strategies_summary import NAMES, numbers_of_strategies
+from mammosim.study.unloading import FOUND
+
+
+def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """headline.* by name, each over all volunteers and sides."""
+    found = {
+        "registration_error_max_mm": _extreme(tables, "registration_error", "error_max_mm", "max"),
+        "registration_error_max_deg": _extreme(tables, "registration_error", "rotation_error_deg", "max"),
+        "marker_residual_max_mm": _extreme(tables, "registration", "marker_residual_max_mm", "max"),
+        "cells_largest": _cells(tables),
+        "best_nipple_error_mm": _extreme(tables, "sweep", "nipple_left_mm", "min"),
+        "sweep_refused": _refused(tables, "sweep"),
+        **_morph(tables),
+        **_ratios(tables),
+        "upright_refused": _refused(tables, "upright"),
+        "skin_reduction_max_percent": _skin_reduction(tables),
+        "unloading_residual_max_mm": _last_residual(tables),
+        "stress_free_error_mean_mm": _best_error(tables),
+        "unloading_refused": _unloading_refused(tables),
+        "pressure_max_kpa": _extreme(tables, "compression", "peak_pressure_kpa", "max"),
+        "penetration_max_mm": _extreme(tables, "compression", "penetration_mm", "max"),
+        "force_imbalance_max_percent": _extreme(tables, "compression", "imbalance_percent", "max"),
+        "dose_min_mgy": _extreme(tables, "image", "dose_mgy", "min"),
+        "dose_max_mgy": _extreme(tables, "image", "dose_mgy", "max"),
+        "dose_error_max_percent": _percent(_extreme(tables, "dose", "relative_error", "max")),
+        "cnr_min": _extreme(tables, "image", "cnr", "min"),
+        "cnr_max": _extreme(tables, "image", "cnr", "max"),
+    }
+    found |= _held_out(tables) | _intervals(tables)
+    found |= numbers_of_strategies(tables["compression"]) if "compression" in tables else dict.fromkeys(NAMES)
+    if "segmentation_overlap" in tables:
+        smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
+        found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}
+    return {f"headline.{name}": value for name, value in found.items()}
+
+
+def _extreme(tables: Mapping[str, pd.DataFrame], table: str, column: str, which: str) -> float | None:
+    if table not in tables or tables[table][column].isna().all():
+        return None
+    return float(tables[table][column].agg(which))
+
+
+def _morph(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """How near the morphed skins came, and how much volume the worst cell keeps, over the volunteers."""
+    last = {"morph": tables["morph"].groupby("volunteer").last()} if "morph" in tables else {}
+    return {
+        "morph_mean_mm": _extreme(last, "morph", "mean_mm", "max"),
+        "morph_facing_mm": _extreme(last, "morph", "facing_mean_mm", "max"),
+        "morph_smallest_J": _extreme(last, "morph", "smallest_J", "min"),
+    }
+
+
+def _ratios(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """How much stiffer fat and gland are under compression than under gravity."""
+    rows = tables["moduli_ratio"].set_index("tissue").ratio if "moduli_ratio" in tables else {}
+    return {
+        f"modulus_ratio_{tissue}": float(rows[tissue]) if tissue in rows else None
+        for tissue in ("adipose", "glandular")
+    }
+
+
+def _percent(part: float | None) -> float | None:
+    return None if part is None else 100 * part
+
+
+def _refused(tables: Mapping[str, pd.DataFrame], table: str) -> float | None:
+    return float((tables[table].outcome != VERIFIED).sum()) if table in tables else None
+
+
+def _cells(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    if "mesh_quality" not in tables:
+        return None
+    return float(tables["mesh_quality"].groupby(["volunteer", "position"]).size().max())
+
+
+def _skin_reduction(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """How much less the nipples move with the stiffest skin than without any, percent, for the most."""
+    if "upright" not in tables:
+        return None
+    rows = tables["upright"].dropna(subset=["from_rest_mm"]).sort_values("skin_kpa")
+    ends = rows.groupby("volunteer").from_rest_mm.agg(["first", "last"])
+    return float((100 * (1 - ends["last"] / ends["first"])).max()) if len(ends) else None
+
+
+def _last_residual(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """The largest distance of a skin node, mm, that any method ended with."""
+    if "stress_free" not in tables:
+        return None
+    rows = tables["stress_free"].dropna(subset=["max_mm"]).sort_values("iteration")
+    return float(rows.groupby(["volunteer", "method"]).max_mm.last().max()) if len(rows) else None
+
+
+def _best_error(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """Mean error of the stress-free skin by the best method, mm, of the volunteer where it is largest."""
+    if "stress_free_error" not in tables:
+        return None
+    return float(tables["stress_free_error"].groupby("volunteer").mean_mm.min().max())
+
+
+def _unloading_refused(tables: Mapping[str, pd.DataFrame]) -> float | None:
+    """Of all methods and moduli, how many found no stress-free shape that can be loaded again."""
+    return float((tables["unloading"].outcome != FOUND).sum()) if "unloading" in tables else None
+
+
+def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """Largest errors of the predicted positions that no fit saw: nipples, markers, skin."""
+    rows = tables.get("validation", pd.DataFrame(columns=["fitted", "quantity", "value_mm", "before_mm"]))
+    rows = rows[~rows.fitted.astype(bool)]
+    found = {
+        f"held_out_{name}_mm": _largest(rows.value_mm[rows.quantity.str.startswith(name)])
+        for name in ("nipple", "marker_mean", "skin_mean", "skin_p95", "skin_hausdorff")
+    }
+    nipples = rows.quantity.str.startswith("nipple")
+    return found | {"held_out_nipple_before_mm": _largest(rows.before_mm[nipples])}
+
+
+def _intervals(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
+    """What the uncertainty of the moduli means at most: of the nipple in mm, of force and dose in percent."""
+    rows = tables.get(
+        "propagation", pd.DataFrame(columns=["quantity", "fit", "low", "high", "share_percent"])
+    )
+    of = {name: rows[rows.quantity == name] for name in ("nipple_from_fit_mm", "force_n", "agd_mgy")}
+    width = {name: 100 * (group.high - group.low) / group.fit for name, group in of.items()}
+    return {
+        "propagated_nipple_mm": _largest(of["nipple_from_fit_mm"].high),
+        "propagated_force_percent": _largest(width["force_n"]),
+        "propagated_dose_percent": _largest(width["agd_mgy"]),
+        "propagated_share_percent": _largest(rows.share_percent),
+    }
+
+
+def _largest(values: pd.Series) -> float | None:
+    """The largest number, None where there is none."""
+    known = values.dropna()
+    return float(known.max()) if len(known) else None

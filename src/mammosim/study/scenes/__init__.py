@@ -1,0 +1,1 @@
+"""Questions about one breast, and the effects that each calls for."""

@@ -1,0 +1,131 @@
+"""A scene: one question about one breast, with its load, what is asked how accurately, and its effects."""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from mammosim.chain.graph import upstream
+from mammosim.chain.quantities import QUANTITIES
+from mammosim.chain.stages import PRODUCTS, effects_on
+from mammosim.core.errors import ConfigurationError
+
+# Every effect that a product of a scene may have, in words.
+EFFECTS: Mapping[str, str] = {
+    "gland": "gland stiffer than fat",
+    "muscle": "muscle stiffer than fat",
+    "skin": "skin as a membrane",
+    "fascia": "superficial fascia under the skin",
+    "ligaments": "Cooper's ligaments as fibres",
+    "weight": "weight of the breast between the plates",
+    "friction": "friction of skin on the plates",
+    "polychromatic": "photons of many energies",
+    "paddle": "the paddle in the beam",
+    "scatter": "scattered photons",
+    "response": "what the detector absorbs",
+    "heel": "the anode's own absorption",
+    "focal_spot": "blur by the focal spot",
+    "grid": "an anti-scatter grid",
+    "quantum_noise": "noise of the photons",
+    "blur": "spread in the detector",
+    "structure": "pixels of different gain",
+    "electronic_noise": "noise of the read-out",
+}
+# What a machine has or has not; all else is how faithfully it is computed.
+EQUIPMENT = frozenset({"grid"})
+# Only where a scene names it: with friction a press takes ten times as long (decisions/scenes.md).
+DEAR = frozenset({"friction"})
+AUTO = "auto"
+# The settings that the load of a scene gives, by the products that read them.
+LOADS = {"load.position": "position", "load.strategy": "strategy"}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """asked: quantity -> tolerance in its unit; effects: names, or AUTO; also: of EQUIPMENT and DEAR.
+
+    load: position and strategy (its name), either or both; accuracy: a preset's name, or quantity -> error.
+    Raises ConfigurationError for names that mean nothing, and for a question that its load cannot answer.
+    """
+
+    name: str
+    load: Mapping[str, str]
+    asked: Mapping[str, float]
+    effects: str | tuple[str, ...]
+    also: tuple[str, ...] = ()
+    accuracy: str | Mapping[str, float] = "standard"
+
+    def __post_init__(self) -> None:
+        self._refuse_unknown("quantity", self.asked, QUANTITIES)
+        listed = () if self.effects == AUTO else self.effects
+        self._refuse_unknown("effect", listed, EFFECTS)
+        self._refuse_unknown("effect of `also`", self.also, EQUIPMENT | DEAR)
+        for quantity in self.asked:
+            for product in QUANTITIES[quantity].products:
+                self._require_load(quantity, product)
+            lacking = set(QUANTITIES[quantity].means_with) - set(listed)
+            if self.effects != AUTO and lacking:
+                raise ConfigurationError(
+                    f"scene {self.name}: {quantity} means nothing without {', '.join(lacking)}; "
+                    "add it to effects"
+                )
+
+    @classmethod
+    def of(cls, name: str, values: Mapping[str, Any]) -> "Scene":
+        """Of the values of its file."""
+        effects = values["effects"] if values["effects"] == AUTO else tuple(values["effects"])
+        return cls(
+            name,
+            values["load"],
+            values["asked"],
+            effects,
+            tuple(values.get("also", ())),
+            values.get("accuracy", "standard"),
+        )
+
+    @property
+    def full(self) -> frozenset[str]:
+        """Every effect that acts on what is asked, of EQUIPMENT and DEAR only those that are named."""
+        named = set(self.also) | (set() if self.effects == AUTO else set(self.effects))
+        return effects_on(products_of(self.asked)) - ((EQUIPMENT | DEAR) - named)
+
+    @property
+    def needed(self) -> frozenset[str]:
+        """Effects without which what is asked means nothing, and equipment."""
+        means_with = {effect for name in self.asked for effect in QUANTITIES[name].means_with}
+        return self.full & (means_with | EQUIPMENT)
+
+    def modelled(self, model: str, screening: pd.DataFrame | None) -> frozenset[str]:
+        """The effects of a model: 'full', or 'screened': those listed, or else found by a screening."""
+        if model == "full":
+            return self.full
+        if self.effects != AUTO:
+            return frozenset(self.effects) & self.full
+        if screening is None:
+            raise ConfigurationError(f"scene {self.name} was not screened; make its screening first")
+        rows = screening[screening.scene == self.name]
+        if rows.empty:
+            raise ConfigurationError(f"scene {self.name} was not screened; make its screening again")
+        return frozenset(rows.effect[rows.included.astype(bool)])
+
+    def _refuse_unknown(self, what: str, names: Iterable[str], known: Collection[str]) -> None:
+        if unknown := [name for name in names if name not in known]:
+            raise ConfigurationError(
+                f"scene {self.name}: no {what} {unknown[0]!r}; choose among: {', '.join(sorted(known))}"
+            )
+
+    def _require_load(self, quantity: str, product: str) -> None:
+        reads = {name for each in (*upstream(PRODUCTS, product), product) for name in PRODUCTS[each].reads}
+        for setting, key in LOADS.items():
+            if setting in reads and key not in self.load:
+                raise ConfigurationError(
+                    f"scene {self.name}: {quantity} needs a {key} in its load, such as "
+                    f"{'upright' if key == 'position' else 'standard'}; add it, or do not ask for {quantity}"
+                )
+
+
+def products_of(asked: Iterable[str]) -> tuple[str, ...]:
+    """Every product that asked quantities are taken from or made of, in the order of need."""
+    ends = [product for name in asked for product in QUANTITIES[name].products]
+    return tuple(dict.fromkeys(each for end in ends for each in (*upstream(PRODUCTS, end), end)))

@@ -1,0 +1,44 @@
+"""Whether a detector holds a pressed breast is known from its voxels alone."""
+
+import numpy as np
+import pytest
+
+from mammosim.chain.field import HELD, MAMMOGRAM, TOMOSYNTHESIS, field_rows, require_held
+from mammosim.core.errors import MissingResult
+from mammosim.core.labels import Label
+from mammosim.core.volume import LabelMap, grid_around
+
+GEOMETRY = {
+    "source_to_detector_mm": 650.0, "support_to_detector_mm": 20.0, "pixel_mm": 1.0,
+    "field_mm": {"depth": 100.0, "width": 200.0},
+}  # fmt: skip
+JOB = {"volunteer": "large", "side": "left", "strategy": "standard", "moduli": "gravity"}
+
+
+def rows(width_mm: float):
+    """Of a block of fat, so wide, 60 mm deep and 40 mm thick."""
+    grid = grid_around(np.array([-width_mm / 2, -60.0, 0.0]), np.array([width_mm / 2, 0.0, 40.0]), 4.0)
+    labels = LabelMap(grid, np.full(grid.shape, Label.ADIPOSE, np.uint8))
+    scan = {"system": "victre", "pixel_mm": 1.0}
+    return field_rows(labels, chest_y_mm=0.0, geometry=GEOMETRY, scan=scan).assign(**JOB)
+
+
+def test_the_room_of_a_block_follows_from_similar_triangles():
+    """From straight above, a top at 40 + 20 mm is 650/590 times as wide."""
+    row = rows(120.0).set_index("view").loc[MAMMOGRAM]
+    assert row.outcome == HELD
+    assert row.shadow_width_mm == pytest.approx(120 * 650 / 590)
+    assert row.room_mm == pytest.approx(100 - 60 * 650 / 590)
+    require_held(rows(120.0), MAMMOGRAM)
+    require_held(rows(120.0), TOMOSYNTHESIS)
+
+
+def test_a_breast_may_fit_one_detector_and_not_the_other():
+    """One shadow of 180 mm fits into 200 mm; over the whole arc it needs more than 255 mm."""
+    found = rows(180.0)
+    require_held(found, MAMMOGRAM)
+    with pytest.raises(
+        MissingResult, match=r"^tomosynthesis large left standard gravity: .* leaves .*victre"
+    ):
+        require_held(found, TOMOSYNTHESIS)
+    assert found.set_index("view").room_mm.isna().tolist() == [False, True]

@@ -1,0 +1,128 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mammosim.chain.image_chain import Taken
+from mammosim.chain.mammogram import (
+    View,
+    dose_in,
+    mammogram,
+    scatter_behind,
+    scatter_cells,
+    scatter_from,
+    tissue_materials,
+    xray_phantom,
+)
+from mammosim.core.errors import XrayError
+from mammosim.core.labels import Label
+from mammosim.core.rng import generator
+from mammosim.core.volume import LabelMap, grid_around
+from mammosim.xray.spectrum import monoenergetic
+from mammosim.xray.views import mammography_geometry
+
+SPECTRUM = monoenergetic(20.0, fluence=1e5)
+
+
+@pytest.fixture(scope="module")
+def breast():
+    """A half cylinder of fat, 30 mm thick, with a core of gland and a lesion of 10 mm in it."""
+    grid = grid_around(np.array([-50.0, -50, 0]), np.array([50.0, 0, 30]), 2.0)
+    p = grid.centres().reshape(*grid.shape, 3)
+    r = np.hypot(p[..., 0], p[..., 1])
+    values = np.zeros(grid.shape, np.uint8)
+    values[r < 45] = Label.ADIPOSE
+    values[r < 25] = Label.GLANDULAR
+    values[np.linalg.norm(p - [0, -14, 15], axis=-1) < 5] = Label.LESION
+    return LabelMap(grid, values)
+
+
+def geometry(labels, pixel_mm):
+    return mammography_geometry(
+        xray_phantom(labels), chest_wall_y_mm=0.0, field_mm=(80.0, 120.0), pixel_mm=pixel_mm
+    )
+
+
+def view(labels, kerma, scatter=None):
+    taken = Taken(geometry(labels, 1.0), 30.0, {})
+    return View(taken, SPECTRUM, kerma, ("quantum_noise",), scatter)
+
+
+def test_every_tissue_that_can_be_in_the_breast_has_a_material():
+    needed = {Label.AIR, Label.ADIPOSE, Label.GLANDULAR, Label.SKIN, Label.MUSCLE, Label.LESION}
+    assert needed <= set(tissue_materials())
+
+
+def test_automatic_exposure_gives_the_wanted_kerma_behind_the_densest_part(breast):
+    # Kerma is proportional to mAs.
+    low, high = (mammogram(breast, view(breast, k), rng=generator(1)).row["mas"] for k in (0.05, 0.1))
+    assert high / low == pytest.approx(2, rel=1e-9)
+
+
+def test_the_lesion_darkens_its_own_shadow_and_nothing_else(breast):
+    shot = mammogram(breast, view(breast, 0.1), rng=generator(2))
+    assert 0 < shot.row["contrast_percent"] < 10
+    assert not np.any(shot.lesion & shot.ring)
+    # At least half the thickness lies behind 3/4 pi r^2; a ball of 81 voxels of 2 mm is that rough.
+    assert shot.row["lesion_pixels"] == pytest.approx(0.75 * np.pi * 25, rel=0.35)
+
+
+def test_an_image_nears_that_of_many_rays_as_one_over_their_number(breast):
+    # A voxel's edge crosses a pixel: of n rays and axis, 1/n are on the wrong side.
+    images = {
+        rays: mammogram(breast, replace(view(breast, 0.1), rays=rays), rng=generator(4)).exposure.mean
+        for rays in (1, 4, 12)
+    }
+    one, four = (np.sqrt(np.mean((images[rays] - images[12]) ** 2)) for rays in (1, 4))
+    assert 0 < four < one / 2
+
+
+def test_quantum_noise_falls_as_one_over_the_root_of_the_exposure(breast):
+    low, high = (mammogram(breast, view(breast, k), rng=generator(3)).row for k in (0.05, 0.2))
+    assert high["snr"] / low["snr"] == pytest.approx(2, rel=1e-6)
+    assert high["cnr_quantum"] / low["cnr_quantum"] == pytest.approx(2, rel=1e-6)
+
+
+def test_the_same_stream_gives_the_same_image(breast):
+    a, b = (mammogram(breast, view(breast, 0.1), rng=generator("image", 4)) for _ in range(2))
+    np.testing.assert_array_equal(a.exposure.image, b.exposure.image)
+
+
+@pytest.fixture(scope="module")
+def scattered(breast):
+    return scatter_behind(breast, geometry(breast, 5.0), SPECTRUM, relative_error=0.05, cell_mm=5.0, seed=7)
+
+
+def test_the_dose_is_as_certain_as_asked_and_does_not_depend_on_the_pixels(breast):
+    one, other = (
+        dose_in(breast, geometry(breast, pixel), SPECTRUM, relative_error=0.02, seed=seed)
+        for pixel, seed in ((5.0, 1), (1.0, 2))
+    )
+    assert max(one.relative_error, other.relative_error) <= 0.02
+    error = np.hypot(one.standard_error_mgy_per_mas, other.standard_error_mgy_per_mas)
+    assert abs(one.mgy_per_mas - other.mgy_per_mas) < 4 * error
+
+
+def test_scatter_comes_back_from_its_table_and_lowers_contrast(breast, scattered):
+    cells = scatter_cells(scattered)
+    scatter = scatter_from(cells, geometry(breast, 5.0))
+    np.testing.assert_allclose(scatter.signal, scattered.per_mas(scattered.scatter).value, rtol=1e-12)
+    fine = scatter_from(cells, geometry(breast, 1.0))
+    with_scatter = mammogram(breast, view(breast, 0.1, fine), rng=generator(5)).row
+    without = mammogram(breast, view(breast, 0.1), rng=generator(5)).row
+    # Scatter adds signal without contrast: C falls to C / (1 + S/P), with S/P at the lesion.
+    expected = without["contrast_percent"] / (1 + with_scatter["scatter_to_primary"])
+    assert with_scatter["contrast_percent"] == pytest.approx(expected, rel=0.01)
+
+
+def test_scatter_of_another_field_is_refused(breast, scattered):
+    cells = scatter_cells(scattered)
+    with pytest.raises(XrayError, match="use the same field"):
+        scatter_from(cells[cells.row < 10], geometry(breast, 1.0))
+
+
+def test_a_breast_without_lesion_has_no_cnr(breast):
+    values = np.where(breast.values == Label.LESION, Label.GLANDULAR, breast.values).astype(np.uint8)
+    healthy = LabelMap(breast.grid, values)
+    with pytest.raises(XrayError, match="insert one"):
+        mammogram(healthy, view(healthy, 0.1), rng=generator(6))

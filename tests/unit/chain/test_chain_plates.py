@@ -1,0 +1,72 @@
+"""Plates stand in front of the chest, level with the breast; views and headlines come from plain values."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mammosim.chain.plates import craniocaudal_plates, plate_facts
+from mammosim.chain.view import spectrum_from, spectrum_table
+from mammosim.core.errors import MeshError
+from mammosim.study.report.bibliography import entries
+from mammosim.study.report.headlines import headlines
+from mammosim.xray.spectrum import monoenergetic
+
+PLATE_MM = {"width": 20.0, "depth": 40.0, "height": 20.0, "edge_radius": 5.0}
+
+
+def test_plates_end_before_the_chest_and_are_level_with_the_breast(block):
+    mesh = block()  # a cube of 30 mm whose face y = 30 is held
+    nipple = np.array([15.0, 0.0, 12.0])
+    plates = craniocaudal_plates(mesh, nipple, plate_mm=PLATE_MM, chest_gap_mm=10.0)
+    facts = plate_facts(plates, 16.0)
+    assert facts["chest_y_mm"] == pytest.approx(20.0)  # the held face less the gap
+    assert (facts["support_z_mm"], facts["paddle_z_mm"]) == pytest.approx((7.0, 23.0))  # around z = 15
+    assert (facts["low_x_mm"], facts["high_x_mm"]) == pytest.approx((5.0, 25.0))
+    np.testing.assert_allclose(np.linalg.det(plates.axes), 1)
+
+
+def test_plates_that_reach_no_skin_are_refused(block):
+    with pytest.raises(MeshError, match="reduce chest_gap_mm = 50"):
+        craniocaudal_plates(block(), np.array([15.0, 0, 15]), plate_mm=PLATE_MM, chest_gap_mm=50.0)
+
+
+def test_a_spectrum_survives_its_table():
+    before = monoenergetic(20.0, fluence=3.0)
+    after = spectrum_from(*spectrum_table(before))
+    assert after.name == before.name
+    np.testing.assert_array_equal(after.energies_kev, before.energies_kev)
+    np.testing.assert_array_equal(after.fluence, before.fluence)
+
+
+def test_headlines_tell_extremes_and_leave_out_what_is_absent():
+    upright = pd.DataFrame(
+        {
+            "volunteer": ["a", "a"],
+            "skin_kpa": [10.0, 0.0],
+            "from_rest_mm": [30.0, 40.0],
+            "outcome": ["verified", "verified"],
+        }
+    )
+    found = headlines({"upright": upright})
+    assert found["headline.skin_reduction_max_percent"] == pytest.approx(25.0)
+    assert found["headline.upright_refused"] == 0
+    assert found["headline.dose_max_mgy"] is None
+
+
+def test_a_bibliography_is_read_with_its_accents():
+    fields = ["author = {M{\\^i}ra, A.}", "title = {About {MRI}}", "journal = {J}", "year = {2018}"]
+    text = "@article{b2,\n  " + ",\n  ".join(fields) + "\n}\n"
+    assert entries(text) == [
+        {"key": "b2", "author": "Mîra, A.", "year": "2018", "title": "About MRI", "in": "J"}
+    ]
+
+
+def test_every_number_that_the_report_quotes_is_there_though_every_table_is_missing():
+    """A dash in the report, not a report that cannot be made."""
+    text = (Path(__file__).parents[3] / "workflow/report/sections.yaml").read_text()
+    quoted = set(re.findall(r"\{(headline\.\w+)", text))
+    assert len(quoted) > 30
+    assert quoted - {name for name in quoted if name.startswith("headline.dice_")} <= set(headlines({}))
