@@ -4,8 +4,6 @@ CORES ?= 2
 VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
-# Kernels compiled by numba are kept beside the environment and reused by every job.
-export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
 
 .PHONY: study smoke robust machines peers test lint format lock clean
 .DEFAULT_GOAL := study

@@ -18,15 +18,15 @@ wildcard_constraints:
 
 
 # In the order in which one names what another made.
-STAGES = """
-    volunteers images mesh morph mechanics unloading compression xray checks identification
-    validation study figures hard_cases softening scene_names scenes
-    recovery programs peers peers_xray accuracy report plan
+RULES = """
+    chain volunteers images mesh morph mechanics unloading compression xray checks identification
+    validation study figures hard_cases softening scene_variants scenes
+    recovery programs peers peers_xray accuracy drawn report plan
 """.split()
 
-for stage in STAGES:
+for name in RULES:
 
-    include: f"workflow/rules/{stage}.smk"
+    include: f"workflow/rules/{name}.smk"
 
 
 rule study:

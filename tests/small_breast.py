@@ -4,17 +4,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import yaml
 
 from mammosim.chain.breast import Breast
-from mammosim.chain.graph import overridden
+from mammosim.chain.graph import Chain, overridden
+from mammosim.chain.images import Moved
+from mammosim.chain.stages import STAGES
+from mammosim.chain.subject import Subject
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import LabelMap, grid_around
 
 CENTRE = np.array([55.0, 0.0, 0.0])
-NAMES = (1, "woman", "left", "standard", "gravity")  # of the random streams: seed and job
+STREAMS = (1, "woman", "left")  # of random numbers: seed, volunteer and side
 COARSE = {
     "mesh": {"element_mm": {"breast": 16.0, "chest": 26.0}},
     "compression": {"steps": 4, "chest_gap_mm": 14.0},
@@ -60,7 +64,7 @@ def small_breast() -> Breast:
         np.array([[10, 0, -54], [10, 0, 54], [100, 0, -54], [100, 0, 54], [55, -60, 0]], float),
     )
     motion = RigidTransform(turn, np.array([1.0, 2.0, -3.0]))
-    return Breast(small_labels(), fiducials, motion, motion.R @ [0.0, -1.0, 0.0], "left", NAMES)
+    return Breast(small_labels(), fiducials, motion, motion.R @ [0.0, -1.0, 0.0], "left")
 
 
 def study_settings(repository: Path) -> dict[str, Any]:
@@ -69,9 +73,20 @@ def study_settings(repository: Path) -> dict[str, Any]:
     for other in (_yaml(repository / "config/smoke.yaml"), COARSE):
         config = overridden(config, other)
     strategy = _yaml(repository / "config/strategies.yaml")["standard"]
+    tissues = _yaml(repository / "config/tissues/standard.yaml")
     load = {"position": "upright", "thickness_mm": THICKNESS_MM, "strategy": strategy}
-    return config | {"tissues": _yaml(repository / "config/tissues/standard.yaml"), "load": load}
+    load |= {"moduli": "gravity", "tissues": tissues}
+    return config | {"tissues": tissues, "load": load}
 
 
 def _yaml(path: Path) -> dict[str, Any]:
     return yaml.safe_load(path.read_text())
+
+
+def small_chain(repository: Path, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Chain:
+    """The chain of the small breast with the study's effects, but for some, and others."""
+    settings, breast = study_settings(repository), small_breast()
+    moved = Moved(breast.to_reference, pd.DataFrame())
+    effects = {*settings["mechanics"]["effects"], *settings["xray"]["effects"], *also} - {*without}
+    given = {"labels": breast.labels, "fiducials": breast.fiducials, "transform": moved}
+    return Chain(Subject("left", "0 -1 0", STREAMS), settings, frozenset(effects), STAGES).given(given)

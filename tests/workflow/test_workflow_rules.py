@@ -3,6 +3,9 @@
 import re
 
 import pytest
+import yaml
+
+from mammosim.chain.stages import STAGES
 
 MAY_READ_THE_TRUTH = ("digital_", "score_")
 # What is made by default, and on demand of volunteers beside the study.
@@ -61,12 +64,12 @@ def test_every_rule_says_what_it_does_and_keeps_a_log(repository):
     assert len(rules) > 30
     silent = [rule.split(":")[0] for rule in rules if not rule.split(":\n", 1)[1].lstrip().startswith('"""')]
     assert silent == []
-    for part in ("log:", "benchmark:", "resources:", "library=library("):
-        assert [rule.split(":")[0] for rule in rules if part not in rule] == []
+    for parts in (("log:",), ("benchmark:",), ("resources:",), ("library=library(", "library=code(")):
+        assert [rule.split(":")[0] for rule in rules if not any(part in rule for part in parts)] == []
 
 
 # What an image must pass before anything else is done with it, and what makes digital volunteers.
-MUST_SUCCEED = {"check_input", "import_image", "fiducials"} | {
+MUST_SUCCEED = {"check_input", "import_image"} | {
     f"digital_{what}" for what in ("woman", "draw", "body", "position", "scan")
 }
 
@@ -83,6 +86,39 @@ def test_every_stage_of_a_volunteer_may_find_no_answer(repository):
             unable.add(rule.split(":")[0])
     on_demand = {"soften", "figure_recovery", "figure_wrong_model", "figure_softening", "figure_effects"}
     assert unable - on_demand - {"figure_spectra", "figure_report195"} == MUST_SUCCEED
+
+
+# Keys that choose what is made, and not how: rules read them.
+CHOOSE = {
+    *("segmentation.positions", "mechanics.sweep", "mechanics.upright", "mechanics.unloading"),
+    *("mechanics.effects", "compression.sides", "compression.strategies_file", "compression.strategies"),
+    *("compression.moduli", "compression.thickness_mm", "xray.strategies", "xray.report195", "xray.effects"),
+}
+
+
+def test_every_key_of_the_chain_is_read_by_a_stage_or_chooses_what_is_made(repository):
+    config = yaml.safe_load((repository / "config/default.yaml").read_text())
+    read = {name for stage in STAGES.values() for name in stage.reads}
+    groups = ("registration", "segmentation", "mesh", "morph", "mechanics", "effects", "compression", "xray")
+    keys = {f"{group}.{key}" for group in groups for key in config[group]}
+    unread = {key for key in keys if not any(f"{key}.".startswith(f"{name}.") for name in read)}
+    assert unread == CHOOSE
+    text = "\n".join(path.read_text() for path in (repository / "workflow/rules").glob("*.smk"))
+    assert [key for key in CHOOSE if f'["{key.split(".")[1]}"]' not in text] == []
+
+
+def test_a_key_that_is_given_twice_or_is_no_number_is_named_with_its_file(study, tmp_path):
+    cases = {
+        "mesh: {element_mm: 4, element_mm: 5}\n": "line 1: the key 'element_mm' is given twice",
+        "mesh: {behind_markers_mm: .nan}\n": "mesh.behind_markers_mm is not a finite number",
+    }
+    for text, words in cases.items():
+        wrong = tmp_path / "wrong.yaml"
+        wrong.write_text(text)
+        result = study.snakemake("--dry-run", "--configfile", str(wrong))
+        assert result.returncode != 0
+        assert "wrong.yaml" in result.stdout
+        assert words in result.stdout
 
 
 def test_a_misspelt_key_stops_before_the_first_job(study, tmp_path):

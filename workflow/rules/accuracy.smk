@@ -1,20 +1,12 @@
 # What accuracy costs in time, on demand. One job per value of a knob: adding one runs one.
-from mammosim.chain.graph import pruned, read_by
 from mammosim.study.accuracy.knobs import knobs
-from mammosim.study.accuracy.trial import IMAGES, PRODUCTS
 
 ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
 TRIED = ACCURACY["volunteer"]  # the volunteer
-TRIED_PRODUCTS = {**IMAGES, **PRODUCTS}
-TRIED_WAY = ACCURACY["load"]["strategy"]
-TRIED_LOAD = {
-    "position": ACCURACY["load"]["position"],
-    "thickness_mm": COMPRESSION["thickness_mm"].get(TRIED),
-    "strategy": known_strategies([TRIED_WAY], WAYS, config["accuracy"])[TRIED_WAY],
-}
-TRIED_SETTINGS = chain_settings(TISSUES, TRIED_LOAD) | {
-    name: config[name] for name in ("registration", "segmentation")
-}
+known_strategies([ACCURACY["load"]["strategy"]], WAYS, config["accuracy"])
+TRIED_PLACES = {"v": TRIED, "side": ACCURACY["side"], "moduli": "gravity"} | ACCURACY["load"]
+TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials")
+TRIED_SETTINGS = settings_of(TRIED_PLACES)
 try:
     KNOBS = knobs(ACCURACY["knobs"], TRIED_SETTINGS)
 except ConfigurationError as error:
@@ -34,13 +26,13 @@ wildcard_constraints:
 rule accuracy_start:
     """The chain of one breast at today's settings, which every trial begins with."""
     input:
-        unpack(tried_inputs),
+        unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
         library=library("accuracy_start.py"),
     output:
         folder=directory("results/accuracy/start"),
         table="results/accuracy/chain.csv",
     params:
-        given=tried,
+        given=lambda wildcards: job_given([*STAGES], TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
         quantities=ASKED,
     log:
         "results/logs/accuracy_start/all.log",
@@ -55,13 +47,13 @@ rule accuracy_start:
 rule accuracy_trial:
     """One value of one knob: what is answered with it, and its processor time and memory."""
     input:
-        unpack(tried_inputs),
+        unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
         start="results/accuracy/start",
         library=library("accuracy_trial.py"),
     output:
         "results/accuracy/{knob}/{value}.csv",
     params:
-        given=tried,
+        given=lambda wildcards: job_given([*STAGES], TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
         knob=lambda wildcards: KNOBS[wildcards.knob].alone(wildcards.value),
         repeats=ACCURACY["repeats"],
     log:
@@ -99,76 +91,6 @@ rule accuracy_tables:
         mem_mb=500,
     script:
         "../scripts/accuracy_tables.py"
-
-
-rule figure_accuracy:
-    """Error in one quantity against processor time of every knob, with the Pareto front and today's setting."""
-    input:
-        table="results/study/accuracy.csv",
-        library=library("figure_accuracy.py"),
-    output:
-        "results/study/figures/accuracy_{quantity}.png",
-    wildcard_constraints:
-        quantity="|".join(ASKED),
-    log:
-        "results/logs/figure_accuracy/{quantity}.log",
-    benchmark:
-        "results/benchmarks/figure_accuracy/{quantity}.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_accuracy.py"
-
-
-rule figure_accuracy_memory:
-    """Largest memory of the job of every value of every knob."""
-    input:
-        table="results/study/accuracy.csv",
-        library=library("figure_accuracy_memory.py"),
-    output:
-        "results/study/figures/accuracy_memory.png",
-    log:
-        "results/logs/figure_accuracy_memory/all.log",
-    benchmark:
-        "results/benchmarks/figure_accuracy_memory/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_accuracy_memory.py"
-
-
-rule figure_accuracy_orders:
-    """Observed orders of convergence and exponents of cost, with their standard errors."""
-    input:
-        table="results/study/accuracy_orders.csv",
-        library=library("figure_accuracy_orders.py"),
-    output:
-        "results/study/figures/accuracy_orders.png",
-    log:
-        "results/logs/figure_accuracy_orders/all.log",
-    benchmark:
-        "results/benchmarks/figure_accuracy_orders/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_accuracy_orders.py"
-
-
-rule figure_accuracy_budget:
-    """The error of the whole chain at today's settings, knob by knob, and the best next step."""
-    input:
-        table="results/study/accuracy_budget.csv",
-        library=library("figure_accuracy_budget.py"),
-    output:
-        "results/study/figures/accuracy_budget.png",
-    log:
-        "results/logs/figure_accuracy_budget/all.log",
-    benchmark:
-        "results/benchmarks/figure_accuracy_budget/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_accuracy_budget.py"
 
 
 rule accuracy:

@@ -1,17 +1,18 @@
-# What every .smk file shares. The checked configuration, and the package files that a script depends on.
-import ast
+# What every .smk file shares: the checked configuration, and the package files that a script depends on.
 import shlex
 import sys
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
-import pandas as pd
 import yaml
 from snakemake.exceptions import WorkflowError
 
+from mammosim.chain import configuration
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY
-from mammosim.chain import configuration
+from mammosim.io.plain import not_finite, read_plain, repeated
+from mammosim.study.jobs import code as source_code
 
 PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
@@ -19,6 +20,7 @@ sys.executable = shlex.quote(PYTHON)
 HOME = Path(workflow.basedir)
 PACKAGE = HOME / "src" / "mammosim"
 SCRIPTS = HOME / "workflow" / "scripts"
+TABLE = PACKAGE / "chain" / "stages.py"
 
 
 def home(path):
@@ -26,16 +28,34 @@ def home(path):
     return path if Path(path).exists() else str(HOME / path)
 
 
+class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+    """YAML that refuses a key that is given twice."""
+
+    def construct_mapping(self, node, deep=False):
+        if twice := repeated([key.value for key, _ in node.value if key.tag != "tag:yaml.org,2002:merge"]):
+            raise yaml.constructor.ConstructorError(
+                None, None, f"the key {twice[0]!r} is given twice; keep one of them", node.start_mark
+            )
+        return super().construct_mapping(node, deep=deep)
+
+
 def read_yaml(path):
+    """The values of a file, refused with its name and line where it cannot be read."""
     file = Path(home(path))
     if not file.exists():
         known = ", ".join(sorted(other.stem for other in file.parent.glob("*.yaml")))
         raise WorkflowError(f"ConfigurationError: there is no {path}; beside it are: {known or 'none'}")
-    return yaml.safe_load(file.read_text())
+    try:
+        return yaml.load(file.read_text(encoding="utf-8"), Loader=Loader)
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else "?"
+        raise WorkflowError(f"ConfigurationError: {path}, line {line}: {error.problem}") from None
 
 
-def checked(settings, schema, files):
+def checked(settings, schema, files, *, finite=True):
     """The settings, refused with advice when a key or a value cannot be meant."""
+    if finite and (odd := not_finite(settings)):
+        raise WorkflowError(f"ConfigurationError: {', '.join(files)}: {odd[0]} is not a finite number; write one")
     try:
         configuration.check_settings(settings, read_yaml(f"workflow/schemas/{schema}.schema.yaml"), files=files)
     except ConfigurationError as error:
@@ -59,16 +79,15 @@ def volunteer_table(file):
 
     A digital woman who is not studied by default has rows, too: where the rules that make her put her scans.
     """
-    listed = pd.read_table(home(file), dtype=str, comment="#", keep_default_na=False)
-    table = listed[listed.volunteer.isin(config["volunteers"])]
-    others = [(w, p) for w in DIGITAL if w not in config["volunteers"] for p in lying(w)]
-    table = pd.concat([table, pd.DataFrame([digital_row(w, p) for w, p in others])], ignore_index=True)
+    listed = read_plain(home(file))
+    others = [digital_row(w, p) for w in DIGITAL if w not in config["volunteers"] for p in lying(w)]
+    rows = [*(row for row in listed if row["volunteer"] in config["volunteers"]), *others]
     try:
         configuration.check_listed(listed, config["volunteers"], file=file)
-        configuration.check_volunteers(table, file=file, reference_position=config["reference_position"])
+        configuration.check_volunteers(rows, file=file, reference_position=config["reference_position"])
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
-    return {(row.volunteer, row.position): row for row in table.itertuples()}
+    return {(row["volunteer"], row["position"]): SimpleNamespace(**row) for row in rows}
 
 
 def lying(woman):
@@ -91,40 +110,36 @@ def digital_row(woman, position):
 
 @cache
 def imports_of(file):
-    """The package files that one file names, and the tables that it reads with tabulated('name')."""
-    return tuple(named_in(file))
-
-
-def named_in(file):
-    """imports_of, one by one."""
-    tree = ast.parse(file.read_text())
-    names = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-        elif isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "tabulated":
-            yield PACKAGE / "io" / "data" / f"{ast.literal_eval(node.args[0])}.csv"
-        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "template":
-            yield PACKAGE / "study" / "report" / "templates" / ast.literal_eval(node.args[0])
-    for name in sorted(names):
-        if name.split(".")[0] == "mammosim":
-            path = HOME / "src" / Path(*name.split("."))
-            yield from (p for p in (path.with_suffix(".py"), path / "__init__.py") if p.exists())
+    """The package files that one file names, and the tables and templates that it reads."""
+    text = file.read_text(encoding="utf-8")
+    modules = [HOME / "src" / Path(*name.split(".")) for name in dict.fromkeys(source_code.imported(text))]
+    found = [path for module in modules for path in (module.with_suffix(".py"), module / "__init__.py")]
+    found += [PACKAGE / "io" / "data" / f"{name}.csv" for name in source_code.tables(text)]
+    found += [PACKAGE / "study" / "report" / "templates" / name for name in source_code.templates(text)]
+    return tuple(path for path in found if path.exists())
 
 
 def library(script):
     """Every file of the package that a script depends on, directly or not: editing one reruns the rule."""
-    found, open_files = set(), [SCRIPTS / script]
+    return dependencies([SCRIPTS / script])
+
+
+def dependencies(files):
+    """Every file of the package that these depend on, those of the package included.
+
+    The table of the stages is left out: what it says of a job shows in the job's own inputs and parameters.
+    """
+    open_files = list(files)
+    found = {path for path in files if PACKAGE in path.parents}
     while open_files:
         for path in imports_of(open_files.pop()):
-            if path not in found:
+            if path not in found and path != TABLE:
                 found.add(path)
                 open_files += [path] if path.suffix == ".py" else []
     return sorted(map(str, found))
 
 
+[read_yaml(file) for file in workflow.configfiles]  # each can be read, and gives no key twice
 checked(config, "config", [str(file) for file in workflow.configfiles])
 RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]])
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
@@ -196,55 +211,6 @@ def others_checked(wildcards):
     return ["results/checked/all.csv"] if wildcards.v in WOMEN else []
 
 
-def breast_inputs(volunteer):
-    """What chain.breast begins with."""
-    position = STRESS_FREE["position"]
-    return {
-        "labels": f"results/segmentation/{volunteer}/{position}.nii.gz",
-        "fiducials": f"results/fiducials/{volunteer}/{position}.csv",
-        "transform": f"results/registration/{volunteer}/{position}.tfm",
-    }
-
-
-def chain_settings(tissues, load):
-    """What the products of a chain read; load: position, thickness_mm, strategy."""
-    return {key: config[key] for key in ("mesh", "mechanics", "effects", "compression", "xray")} | {
-        "tissues": tissues,
-        "load": load,
-    }
-
-
-def pressed_to_standard(volunteer):
-    """The load of a chain: upright, and pressed by the standard strategy."""
-    thickness_mm = COMPRESSION["thickness_mm"][volunteer]
-    return {"position": "upright", "thickness_mm": thickness_mm, "strategy": WAYS["standard"]}
-
-
-def tried_inputs(wildcards):
-    """What the images of the volunteer were labelled from, and what they gave."""
-    position = STRESS_FREE["position"]
-    return breast_inputs(TRIED) | {
-        "image": f"results/images/{TRIED}/{position}.nii.gz",
-        "strokes": VOLUNTEERS[TRIED, position].strokes,
-        "reference": f"results/images/{TRIED}/{REFERENCE}.nii.gz",
-        "reference_fiducials": f"results/fiducials/{TRIED}/{REFERENCE}.csv",
-    }
-
-
-def tried(wildcards):
-    """The breast, and today's settings."""
-    return {
-        "seed": config["seed"],
-        "volunteer": TRIED,
-        "position": STRESS_FREE["position"],
-        "side": ACCURACY["side"],
-        "gravity": gravity(TRIED, STRESS_FREE["position"]),
-        "settings": pruned(TRIED_SETTINGS, read_by(TRIED_PRODUCTS, TRIED_PRODUCTS)),
-        # ASSUME: accuracy is that of the full model without weight and friction between plates.
-        "effects": ["gland", "muscle", "skin", "polychromatic", "paddle", *XRAY["effects"]],
-    }
-
-
 def asked_settings():
     """The words by which this run was given its settings, for another one."""
     given = workflow.config_settings
@@ -261,12 +227,6 @@ def row(wildcards):
 def gravity(volunteer, position):
     """Its direction in the scanner frame of that position, 'x y z'."""
     return VOLUNTEERS[volunteer, position].gravity
-
-
-def first_guess(wildcards):
-    """The mean of prone and supine on the prone mesh, for the methods that begin there."""
-    begins = wildcards.method == "mean_start" or STRESS_FREE["start"] == "mean"
-    return f"results/morph/{wildcards.v}/mean_start.vtu" if begins else []
 
 
 def pair_inputs(wildcards):
@@ -291,13 +251,6 @@ def held_out(volunteer):
 def validated(volunteer):
     """Every position that a prediction is compared with: fitted, then held out."""
     return [*SEGMENTED, *held_out(volunteer)]
-
-
-def standard_of(wildcards):
-    """The way of the standard strategy, by which every other one of the same breast and moduli is measured."""
-    if wildcards.strategy == "standard":
-        return []
-    return [f"results/compression/{wildcards.v}/{wildcards.side}/standard_{wildcards.moduli}{end}" for end in (".vtu", "_path.csv", "_plates.json")]
 
 
 def pressed_by_all(wildcards, end):

@@ -6,44 +6,49 @@ try:
 except ConfigurationError as error:
     raise WorkflowError(f"ConfigurationError: {error}") from None
 STRATEGIES = known_strategies(COMPRESSION["strategies"], WAYS)
-MODULI = {name: TISSUES if name == "gravity" else tissue_table(name) for name in COMPRESSION["moduli"]}
+MODULI = COMPRESSION["moduli"]
+[moduli_table(name) for name in MODULI]  # each is there and complete
 XRAYED = "standard_gravity"  # what is X-rayed by default; any other strategy and set of moduli may be asked for
 
 
 wildcard_constraints:
     strategy="|".join(WAYS),
-    moduli="|".join(MODULI),
+    moduli="|".join(["gravity", *(file.stem for file in (HOME / "config/tissues").glob("*.yaml"))]),
 
 
-rule compress:
-    """One breast pressed by one strategy, from its stress-free shape, without friction."""
+rule standard_path:
+    """The load path of the standard strategy from the stress-free shape, which the other strategies go on from."""
     input:
-        mesh=f"results/mechanics/{{v}}/stress_free/{STRESS_FREE['position']}_{STRESS_FREE['default']}.vtu",
-        measured=f"results/meshes/{{v}}/{STRESS_FREE['position']}.vtu",
-        fiducials=f"results/registration/{{v}}/{STRESS_FREE['position']}_fiducials.csv",
-        standard=standard_of,
-        library=library("compress.py"),
+        unpack(reads("standard_path")),
+        library=code("standard_path"),
     output:
-        shape="results/compression/{v}/{side}/{strategy}_{moduli}.vtu",
-        row="results/compression/{v}/{side}/{strategy}_{moduli}.csv",
-        path="results/compression/{v}/{side}/{strategy}_{moduli}_path.csv",
-        faces="results/compression/{v}/{side}/{strategy}_{moduli}_faces.csv",
-        amounts="results/compression/{v}/{side}/{strategy}_{moduli}_amounts.csv",
-        thickness="results/compression/{v}/{side}/{strategy}_{moduli}_thickness.csv",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
+        **writes("standard_path"),
     params:
-        tissues=lambda wildcards: MODULI[wildcards.moduli],
-        strategy=lambda wildcards: WAYS[wildcards.strategy],
-        thickness_mm=lambda wildcards: COMPRESSION["thickness_mm"][wildcards.v],
-        **{key: COMPRESSION[key] for key in ("smallest_mm", "steps", "penetration_mm")},
-        plate_mm=COMPRESSION["plate_mm"],
-        chest_gap_mm=COMPRESSION["chest_gap_mm"],
-        thresholds=COMPRESSION["thresholds"],
+        **runs("standard_path"),
     log:
-        "results/logs/compress/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/standard_path/{v}_{side}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/compress/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/standard_path/{v}_{side}_{moduli}{also}.tsv"
     resources:
         mem_mb=4000,
     script:
-        "../scripts/compress.py"
+        "../scripts/stage.py"
+
+
+rule compress:
+    """One breast pressed by one strategy: shape, load path, thickness, strain, pressure."""
+    input:
+        unpack(reads("pressed")),
+        library=code("pressed"),
+    output:
+        **writes("pressed"),
+    params:
+        **runs("pressed"),
+    log:
+        "results/logs/compress/{v}_{side}_{strategy}_{moduli}{also}.log",
+    benchmark:
+        "results/benchmarks/compress/{v}_{side}_{strategy}_{moduli}{also}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/stage.py"

@@ -87,23 +87,6 @@ rule figure_mesh:
         "../scripts/figure_mesh.py"
 
 
-rule figure_sweep:
-    """Nipple error and displacement against the modulus of the breast."""
-    input:
-        table="results/study/sweep.csv",
-        library=library("figure_sweep.py"),
-    output:
-        "results/study/figures/sweep.png",
-    log:
-        "results/logs/figure_sweep/all.log",
-    benchmark:
-        "results/benchmarks/figure_sweep/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_sweep.py"
-
-
 rule figure_upright:
     """One volunteer upright, with skins of several moduli."""
     input:
@@ -178,31 +161,13 @@ rule score_shapes:
         "../scripts/figure_stress_free.py"
 
 
-rule figure_convergence:
-    """The residual of every method that iterates towards the stress-free shape."""
-    input:
-        table="results/study/stress_free.csv",
-        library=library("figure_convergence.py"),
-    output:
-        "results/study/figures/convergence.png",
-    params:
-        tolerance_mm=STRESS_FREE["tolerance_mm"],
-    log:
-        "results/logs/figure_convergence/all.log",
-    benchmark:
-        "results/benchmarks/figure_convergence/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_convergence.py"
-
-
 rule figure_compression:
     """One breast between the plates: shape, strain, pressure."""
     input:
         shape=f"results/compression/{{v}}/{{side}}/{XRAYED}.vtu",
         plates=f"results/compression/{{v}}/{{side}}/{XRAYED}_plates.json",
         faces=f"results/compression/{{v}}/{{side}}/{XRAYED}_faces.csv",
+        stress_free=f"results/mechanics/{{v}}/stress_free/{MEASURED}_{STRESS_FREE['default']}.vtu",
         library=library("figure_compression.py"),
     output:
         "results/study/figures/compression_{v}_{side}.png",
@@ -272,23 +237,6 @@ rule figure_discomfort:
         mem_mb=1000,
     script:
         "../scripts/figure_discomfort.py"
-
-
-rule figure_amounts:
-    """How much tissue and skin lies above the marks of every measure of discomfort."""
-    input:
-        table="results/study/compression_amounts.csv",
-        library=library("figure_amounts.py"),
-    output:
-        "results/study/figures/amounts.png",
-    log:
-        "results/logs/figure_amounts/all.log",
-    benchmark:
-        "results/benchmarks/figure_amounts/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_amounts.py"
 
 
 rule figure_phantom:
@@ -401,23 +349,6 @@ rule figure_fitted_shapes:
         "../scripts/figure_fitted_shapes.py"
 
 
-rule figure_trade_off:
-    """Dose, exposure, scatter and contrast of every strategy against compressed thickness."""
-    input:
-        table="results/study/trade_off.csv",
-        library=library("figure_trade_off.py"),
-    output:
-        "results/study/figures/trade_off.png",
-    log:
-        "results/logs/figure_trade_off/all.log",
-    benchmark:
-        "results/benchmarks/figure_trade_off/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_trade_off.py"
-
-
 rule figure_tomosynthesis:
     """Slices of one breast pressed by the standard strategy."""
     input:
@@ -436,56 +367,3 @@ rule figure_tomosynthesis:
         mem_mb=1000,
     script:
         "../scripts/figure_tomosynthesis.py"
-
-
-rule figure_spectra:
-    """Spectra of mammographic beams, and their half-value layers."""
-    input:
-        spectra="results/xray/beams.csv",
-        quality="results/study/beams.csv",
-        library=library("figure_spectra.py"),
-    output:
-        "results/study/figures/spectra.png",
-    log:
-        "results/logs/figure_spectra/all.log",
-    benchmark:
-        "results/benchmarks/figure_spectra/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_spectra.py"
-
-
-rule figure_dose_routes:
-    """Glandular dose by every route, of the study's breasts and of standard ones."""
-    input:
-        routes="results/study/dose_routes.csv",
-        standard="results/study/dose_standard.csv",
-        library=library("figure_dose_routes.py"),
-    output:
-        "results/study/figures/dose_routes.png",
-    log:
-        "results/logs/figure_dose_routes/all.log",
-    benchmark:
-        "results/benchmarks/figure_dose_routes/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_dose_routes.py"
-
-
-rule figure_report195:
-    """Our photon transport beside AAPM report 195."""
-    input:
-        table="results/study/report195.csv",
-        library=library("figure_report195.py"),
-    output:
-        "results/study/figures/report195.png",
-    log:
-        "results/logs/figure_report195/all.log",
-    benchmark:
-        "results/benchmarks/figure_report195/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_report195.py"

@@ -61,15 +61,14 @@ rule import_image:
 rule fiducials:
     """Chest markers found in the image or taken from the list; breast markers and nipples from the list."""
     input:
+        unpack(reads("fiducials")),
         checked="results/checked/{v}_{p}.csv",
         others=ancient(others_checked),
-        image="results/images/{v}/{p}.nii.gz",
-        listed=lambda wildcards: row(wildcards).fiducials,
-        library=library("fiducials.py"),
+        library=code("fiducials"),
     output:
-        "results/fiducials/{v}/{p}.csv",
+        **writes("fiducials"),
     params:
-        chest_markers=config["registration"]["chest_markers"],
+        **runs("fiducials"),
     log:
         "results/logs/fiducials/{v}_{p}.log",
     benchmark:
@@ -77,24 +76,18 @@ rule fiducials:
     resources:
         mem_mb=2000,
     script:
-        "../scripts/fiducials.py"
+        "../scripts/stage.py"
 
 
 rule register:
     """The rigid motion of one position into the reference frame: markers first, then the rib cage's image."""
     input:
-        fixed=f"results/images/{{v}}/{REFERENCE}.nii.gz",
-        fixed_fiducials=f"results/fiducials/{{v}}/{REFERENCE}.csv",
-        moving="results/images/{v}/{p}.nii.gz",
-        moving_fiducials="results/fiducials/{v}/{p}.csv",
-        library=library("register.py"),
+        unpack(reads("transform", "moved_scan", "moved_fiducials")),
+        library=code("transform", "moved_scan", "moved_fiducials"),
     output:
-        transform="results/registration/{v}/{p}.tfm",
-        image="results/registration/{v}/{p}.nii.gz",
-        fiducials="results/registration/{v}/{p}_fiducials.csv",
-        steps="results/registration/{v}/{p}_steps.csv",
+        **writes("transform", "moved_scan", "moved_fiducials"),
     params:
-        settings={key: value for key, value in config["registration"].items() if key != "chest_markers"},
+        **runs("transform", "moved_scan", "moved_fiducials"),
     log:
         "results/logs/register/{v}_{p}.log",
     benchmark:
@@ -102,21 +95,18 @@ rule register:
     resources:
         mem_mb=2000,
     script:
-        "../scripts/register.py"
+        "../scripts/stage.py"
 
 
 rule segment:
     """Tissue labels of one image from a few strokes: forest, speed image, active contour."""
     input:
-        image="results/images/{v}/{p}.nii.gz",
-        strokes=lambda wildcards: row(wildcards).strokes,
-        library=library("segment.py"),
+        unpack(reads("labels", "gland_probability")),
+        library=code("labels", "gland_probability"),
     output:
-        labels="results/segmentation/{v}/{p}.nii.gz",
-        probability="results/segmentation/{v}/{p}_glandular.nii.gz",
+        **writes("labels", "gland_probability"),
     params:
-        settings={key: value for key, value in config["segmentation"].items() if key != "positions"},
-        seed=config["seed"],
+        **runs("labels", "gland_probability"),
     log:
         "results/logs/segment/{v}_{p}.log",
     benchmark:
@@ -124,4 +114,4 @@ rule segment:
     resources:
         mem_mb=4000,
     script:
-        "../scripts/segment.py"
+        "../scripts/stage.py"

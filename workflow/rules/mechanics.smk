@@ -1,7 +1,6 @@
 # Equilibria under gravity: the elasticity sweep, upright with and without skin, the stress-free shape.
 SWEEP = config["mechanics"]["sweep"]
 UPRIGHT = config["mechanics"]["upright"]
-STRESS_FREE = config["mechanics"]["stress_free"]
 
 
 rule sweep:
@@ -55,25 +54,40 @@ rule upright:
 rule stress_free:
     """The shape without gravity by one method, with its residual at every iteration."""
     input:
-        mesh="results/meshes/{v}/{p}.vtu",
-        transform="results/registration/{v}/{p}.tfm",
-        start=first_guess,
-        library=library("stress_free.py"),
+        unpack(reads("stress_free")),
+        library=code("stress_free"),
     output:
-        shape="results/mechanics/{v}/stress_free/{p}_{method}.vtu",
-        history="results/mechanics/{v}/stress_free/{p}_{method}.csv",
+        **writes("stress_free"),
     params:
-        tissues=TISSUES,
-        gravity=lambda wildcards: gravity(wildcards.v, wildcards.p),
-        iterations=STRESS_FREE["iterations"],
-        tolerance_mm=STRESS_FREE["tolerance_mm"],
+        **runs("stress_free"),
     wildcard_constraints:
         method="|".join({*STRESS_FREE["methods"], STRESS_FREE["default"]}),
     log:
-        "results/logs/stress_free/{v}_{p}_{method}.log",
+        "results/logs/stress_free/{v}_{p}_{method}{also}.log",
     benchmark:
-        "results/benchmarks/stress_free/{v}_{p}_{method}.tsv"
+        "results/benchmarks/stress_free/{v}_{p}_{method}{also}.tsv"
     resources:
         mem_mb=4000,
     script:
-        "../scripts/stress_free.py"
+        "../scripts/stage.py"
+
+
+rule loaded:
+    """The stress-free body loaded in a position."""
+    input:
+        unpack(reads("loaded")),
+        library=code("loaded"),
+    output:
+        **writes("loaded"),
+    params:
+        **runs("loaded"),
+    wildcard_constraints:
+        position="|".join(GRAVITY),
+    log:
+        "results/logs/loaded/{v}_{position}{also}.log",
+    benchmark:
+        "results/benchmarks/loaded/{v}_{position}{also}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/stage.py"

@@ -4,20 +4,17 @@
 rule mesh:
     """A closed smooth surface and quadratic tetrahedra of one segmented position, in the reference frame."""
     input:
-        labels="results/segmentation/{v}/{p}.nii.gz",
-        fiducials="results/fiducials/{v}/{p}.csv",
-        transform="results/registration/{v}/{p}.tfm",
-        library=library("mesh.py"),
+        unpack(reads("mesh")),
+        library=code("mesh"),
     output:
-        mesh="results/meshes/{v}/{p}.vtu",
-        quality="results/meshes/{v}/{p}_quality.csv",
+        **writes("mesh"),
     params:
-        settings=config["mesh"],
+        **runs("mesh"),
     log:
-        "results/logs/mesh/{v}_{p}.log",
+        "results/logs/mesh/{v}_{p}{also}.log",
     benchmark:
-        "results/benchmarks/mesh/{v}_{p}.tsv"
+        "results/benchmarks/mesh/{v}_{p}{also}.tsv"
     resources:
         mem_mb=3000,
     script:
-        "../scripts/mesh.py"
+        "../scripts/stage.py"

@@ -1,27 +1,23 @@
 # One position's mesh in the shape of another: what the stress-free methods start from.
-MORPH = config["morph"]
 
 
 rule morph:
     """Prone morphed onto the shape of supine, and the mean of the two, by the surfaces alone."""
     input:
-        prone="results/meshes/{v}/prone.vtu",
-        supine="results/meshes/{v}/supine.vtu",
-        library=library("morph.py"),
+        unpack(reads("mean_shape")),
+        library=code("mean_shape"),
     output:
-        morphed="results/morph/{v}/supine.vtu",
-        mean="results/morph/{v}/mean_start.vtu",
-        history="results/morph/{v}/morph.csv",
+        **writes("mean_shape"),
     params:
-        settings=MORPH,
+        **runs("mean_shape"),
     log:
-        "results/logs/morph/{v}.log",
+        "results/logs/morph/{v}{also}.log",
     benchmark:
-        "results/benchmarks/morph/{v}.tsv"
+        "results/benchmarks/morph/{v}{also}.tsv"
     resources:
         mem_mb=3000,
     script:
-        "../scripts/morph.py"
+        "../scripts/stage.py"
 
 
 rule figure_morph:
@@ -29,9 +25,9 @@ rule figure_morph:
     input:
         prone="results/meshes/{v}/prone.vtu",
         supine="results/meshes/{v}/supine.vtu",
-        morphed="results/morph/{v}/supine.vtu",
+        morphed="results/morph/{v}/mean_start_morphed.vtu",
         mean="results/morph/{v}/mean_start.vtu",
-        history="results/morph/{v}/morph.csv",
+        history="results/morph/{v}/mean_start_history.csv",
         fiducials="results/registration/{v}/prone_fiducials.csv",
         library=library("figure_morph.py"),
     output:

@@ -76,23 +76,6 @@ rule peers_table:
         "../scripts/peers_table.py"
 
 
-rule figure_peers:
-    """Processor time against unknowns, one line per program."""
-    input:
-        table="results/study/peers.csv",
-        library=library("figure_peers.py"),
-    output:
-        "results/study/figures/peers.png",
-    log:
-        "results/logs/figure_peers/all.log",
-    benchmark:
-        "results/benchmarks/figure_peers/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_peers.py"
-
-
 rule peers:
     """mammosim beside other programs, on demand: peers.html, the same equilibria; peers_xray.html, the same images."""
     input:

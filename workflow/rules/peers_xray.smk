@@ -79,24 +79,6 @@ rule peers_xray_table:
         "../scripts/peers_xray_table.py"
 
 
-rule figure_peers_xray:
-    """Processor time of every program and X-ray task, with the goals."""
-    input:
-        table="results/study/peers_xray.csv",
-        targets="results/study/peers_xray_targets.csv",
-        library=library("figure_peers_xray.py"),
-    output:
-        "results/study/figures/peers_xray.png",
-    log:
-        "results/logs/figure_peers_xray/all.log",
-    benchmark:
-        "results/benchmarks/figure_peers_xray/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_peers_xray.py"
-
-
 rule peers_xray:
     """X-ray tasks by mammosim and by other programs, on demand: results/study/peers_xray.csv and peers_xray.html."""
     input:

@@ -5,8 +5,7 @@ import time
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from mammosim.study.jobs.completeness import told_briefly
-from mammosim.study.jobs.last_words import Failure, last_words
+from mammosim.study.jobs.last_words import Failure, last_words, told_briefly
 from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded
 
 # What Snakemake says behind the last words, which say it, too.
@@ -110,7 +109,7 @@ class Progress(logging.Handler):
 
 
 if workflow.is_main_process and not workflow.dryrun:
-    costs = pd.read_table(home("config/costs.tsv"), comment="#").set_index("rule").seconds.to_dict()
+    costs = {row["rule"]: float(row["seconds"]) for row in read_plain(home("config/costs.tsv"))}
     PROGRESS = Progress(costs, workflow.nodes or workflow.cores or 1)
     logger.addHandler(PROGRESS)
 
@@ -132,5 +131,5 @@ onerror:
 onsuccess:
     gaps = Path("results/study/missing.csv")
     made_now = gaps.exists() and gaps.stat().st_mtime >= PROGRESS.start
-    if made_now and (lines := told_briefly(pd.read_csv(gaps, keep_default_na=False))):
+    if made_now and (lines := told_briefly([row["reason"] for row in read_plain(gaps)])):
         logger.warning(lines)

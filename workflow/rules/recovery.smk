@@ -59,23 +59,6 @@ rule recovery_table:
         "../scripts/recovery_table.py"
 
 
-rule figure_recovery:
-    """Fitted against true moduli, with their intervals."""
-    input:
-        table="results/study/recovery.csv",
-        library=library("figure_recovery.py"),
-    output:
-        "results/study/figures/recovery.png",
-    log:
-        "results/logs/figure_recovery/all.log",
-    benchmark:
-        "results/benchmarks/figure_recovery/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_recovery.py"
-
-
 rule recovery:
     """Moduli of made volunteers found again, on demand: results/study/recovery.csv and recovery.html."""
     input:

@@ -1,9 +1,4 @@
 # Scenes: a question each, the effects that it calls for, and only the jobs that its answer needs.
-from functools import partial
-
-from mammosim.chain.graph import upstream
-from mammosim.chain.files import STORED
-from mammosim.chain.stages import PRODUCTS, effects_on
 from mammosim.study.scenes.scene import Scene, products_of
 
 SCREENING = config["scenes"]
@@ -11,22 +6,18 @@ SCENE_VALUES = {name: scene_values(name) for name in SCREENING["names"]}
 SCENES = {name: known_scene(name, values) for name, values in SCENE_VALUES.items()}
 # Scenes of one breast, tissues and load share all that they have in common while they are screened.
 FAMILY = {name: family_of(values) for name, values in SCENE_VALUES.items()}
-GROUP = {name: group_of(name) for name in SCENES}
-# What one job makes and keeps.
-PARTS = {"body": ["mesh", "stress_free"], **{name: [name] for name in STORED if name not in ("mesh", "stress_free")}}
 PAGES["scenes"] = {"tables": ["scenes", "effects", "interactions"], "figures": ["effects", "scenes"]}
 
 
 wildcard_constraints:
     scene="|".join(SCENES),
     model="screened|full",
-    made="[a-z0-9_.]+",
 
 
 checkpoint screen:
     """Which effects each scene of a family calls for: what leaving them out or adding them does, on the coarse model."""
     input:
-        unpack(lambda wildcards: breast_inputs(volunteer_of_family(wildcards.family))),
+        unpack(lambda wildcards: measured(volunteer_of_family(wildcards.family), *LABELLED)),
         library=library("screen.py"),
     output:
         effects="results/scenes/screening/{family}.csv",
@@ -34,10 +25,8 @@ checkpoint screen:
         seconds="results/scenes/screening/{family}.json",
     params:
         scenes=lambda wildcards: {s: to_screen(s) for s in scenes_of_family(wildcards.family)},
-        settings=lambda wildcards: screening_settings(wildcards.family),
-        gravity=lambda wildcards: gravity(volunteer_of_family(wildcards.family), STRESS_FREE["position"]),
+        given=screening_given,
         rule={key: SCREENING[key] for key in ("part", "joint_part", "pairs")},
-        seed=config["seed"],
     wildcard_constraints:
         family="|".join({*FAMILY.values()}),
     log:
@@ -50,52 +39,23 @@ checkpoint screen:
         "../scripts/screen.py"
 
 
-for part, products in PARTS.items():
-
-    rule:
-        name:
-            f"scene_{part}"
-        input:
-            unpack(lambda wildcards: breast_inputs(SCENE_VALUES[made_for(wildcards.made)[0]]["volunteer"])),
-            made=partial(made_before, part=part),
-            library=library("scene_part.py"),
-        output:
-            seconds=f"results/scenes/{part}/{{made}}/seconds.json",
-            files=part_files({part: "{made}"}),
-        params:
-            scene=lambda wildcards: whose(made_for(wildcards.made)[0]),
-            effects=lambda wildcards: made_for(wildcards.made)[1],
-            settings=partial(made_settings, part=part),
-            gravity=lambda wildcards: gravity(
-                SCENE_VALUES[made_for(wildcards.made)[0]]["volunteer"], STRESS_FREE["position"]
-            ),
-            products=products,
-            seed=config["seed"],
-        log:
-            f"results/logs/scene_{part}/{{made}}.log",
-        benchmark:
-            f"results/benchmarks/scene_{part}/{{made}}.tsv"
-        resources:
-            mem_mb=4000,
-        script:
-            "../scripts/scene_part.py"
-
-
 rule scene_answer:
-    """What one scene asks, with the screened effects or with all, and what all parts of it took."""
+    """What one scene asks, with the screened effects or with all, and what all of it took."""
     input:
-        unpack(lambda wildcards: breast_inputs(SCENE_VALUES[wildcards.scene]["volunteer"])),
-        made=lambda wildcards: part_files(answered_by(wildcards)),
-        seconds=lambda wildcards: part_seconds(answered_by(wildcards)),
+        unpack(lambda wildcards: measured(SCENE_VALUES[wildcards.scene]["volunteer"], *LABELLED)),
+        unpack(answer_inputs),
         screening=screening_of,
         library=library("scene_answer.py"),
     output:
         "results/scenes/answers/{scene}_{model}.json",
     params:
         scene=lambda wildcards: question(wildcards.scene),
-        settings=lambda wildcards: scene_settings(wildcards.scene, products_of(SCENES[wildcards.scene].asked)),
-        gravity=lambda wildcards: gravity(SCENE_VALUES[wildcards.scene]["volunteer"], STRESS_FREE["position"]),
-        seed=config["seed"],
+        given=lambda wildcards: job_given(
+            products_of(SCENES[wildcards.scene].asked),
+            scene_places(wildcards.scene),
+            scene_settings(wildcards.scene),
+            sorted(scene_effects(wildcards.scene, wildcards.model)),
+        ),
     log:
         "results/logs/scene_answer/{scene}_{model}.log",
     benchmark:
@@ -120,9 +80,13 @@ rule scenes_table:
         effects="results/study/effects.csv",
         interactions="results/study/interactions.csv",
         numbers="results/study/scenes.json",
+        variants="results/variants.tsv",
     params:
         scenes=lambda wildcards: {name: question(name) for name in SCENES},
-        settings=lambda wildcards: {name: scene_settings(name, products_of(SCENES[name].asked)) for name in SCENES},
+        settings=lambda wildcards: {
+            name: pruned(scene_settings(name), read_by(STAGES, products_of(SCENES[name].asked))) for name in SCENES
+        },
+        variants=lambda wildcards: all_variants(),
         accuracy=lambda wildcards: {name: accuracy_words(name) for name in SCENES},
     log:
         "results/logs/scenes_table/all.log",
@@ -132,40 +96,6 @@ rule scenes_table:
         mem_mb=500,
     script:
         "../scripts/scenes_table.py"
-
-
-rule figure_effects:
-    """What every effect does to every answer, in parts of its tolerance, and which were kept."""
-    input:
-        table="results/study/effects.csv",
-        library=library("figure_effects.py"),
-    output:
-        "results/study/figures/effects.png",
-    log:
-        "results/logs/figure_effects/all.log",
-    benchmark:
-        "results/benchmarks/figure_effects/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_effects.py"
-
-
-rule figure_scenes:
-    """The answers of the screened model beside those of the full one, and their time."""
-    input:
-        table="results/study/scenes.csv",
-        library=library("figure_scenes.py"),
-    output:
-        "results/study/figures/scenes.png",
-    log:
-        "results/logs/figure_scenes/all.log",
-    benchmark:
-        "results/benchmarks/figure_scenes/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_scenes.py"
 
 
 rule scenes:

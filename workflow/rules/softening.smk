@@ -3,22 +3,24 @@ SOFTENING = config["softening"]
 PAGES["softening"] = {"tables": ["softening"], "figures": ["softening"]}
 
 
+def softening_given(volunteer, side):
+    """The chain of a breast that is loaded upright, and pressed by the standard strategy."""
+    wildcards = {"v": volunteer, "side": side, "position": "upright", "strategy": "standard", "moduli": "gravity"}
+    return job_given(["loaded", "exposed_dose"], wildcards, *study_case(wildcards))
+
+
 rule soften:
     """One breast with its fitted moduli, and with other ones: nipple, force, thickness and dose."""
     input:
-        unpack(lambda wildcards: breast_inputs(wildcards.v)),
+        unpack(lambda wildcards: measured(wildcards.v, *LABELLED)),
         moduli="results/identification/{v}/moduli.csv",
         fit="results/identification/{v}/fit.csv",
         library=library("soften.py"),
     output:
         "results/softening/{v}/{side}.csv",
     params:
-        settings=lambda wildcards: pruned(
-            chain_settings(TISSUES, pressed_to_standard(wildcards.v)), read_by(PRODUCTS, PRODUCTS)
-        ),
+        given=lambda wildcards: softening_given(wildcards.v, wildcards.side),
         factors=SOFTENING["factors"],
-        gravity=lambda wildcards: gravity(wildcards.v, STRESS_FREE["position"]),
-        seed=config["seed"],
     log:
         "results/logs/soften/{v}_{side}.log",
     benchmark:
@@ -45,23 +47,6 @@ rule softening_table:
         mem_mb=500,
     script:
         "../scripts/softening_table.py"
-
-
-rule figure_softening:
-    """Nipple, force, thickness and dose against the change of the moduli."""
-    input:
-        table="results/study/softening.csv",
-        library=library("figure_softening.py"),
-    output:
-        "results/study/figures/softening.png",
-    log:
-        "results/logs/figure_softening/all.log",
-    benchmark:
-        "results/benchmarks/figure_softening/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_softening.py"
 
 
 rule softening:

@@ -4,7 +4,7 @@ TABLES = {
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
     "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", validated),
     "mesh_quality": over("results/meshes/{v}/{p}_quality.csv", p=SEGMENTED),
-    "morph": over("results/morph/{v}/morph.csv"),
+    "morph": over("results/morph/{v}/mean_start_history.csv"),
     "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", kpa=SWEEP["youngs_modulus_kpa"]),
     "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", kpa=UPRIGHT["skin_kpa"]),
     "stress_free": over(

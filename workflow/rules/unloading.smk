@@ -20,20 +20,3 @@ rule score_unloading:
         mem_mb=2000,
     script:
         "../scripts/score_unloading.py"
-
-
-rule figure_unloading:
-    """Error, round trip and cost of every method against the modulus."""
-    input:
-        table="results/study/unloading.csv",
-        library=library("figure_unloading.py"),
-    output:
-        "results/study/figures/unloading.png",
-    log:
-        "results/logs/figure_unloading/all.log",
-    benchmark:
-        "results/benchmarks/figure_unloading/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_unloading.py"

@@ -5,11 +5,16 @@ WRONG_MODEL = VALIDATION["wrong_model"]
 TWINS = [*WRONG_MODEL, *WRONG_MODEL.values()]
 PAGES["wrong_model"] = {"tables": ["wrong_model", "wrong_model_moduli"], "figures": ["wrong_model"]}
 PRESSED = ["fit", *range(PROPAGATION["pressed"])]
-VIEWED = ("voxel_mm", "dose_error_percent", "scatter_pixel_mm", "detector_kerma_ugy")
 
 
 wildcard_constraints:
     rank="fit|[0-9]+",
+
+
+def propagated_given(volunteer, side):
+    """The chain of a breast that is pressed by the standard strategy."""
+    wildcards = {"v": volunteer, "side": side, "strategy": "standard", "moduli": "gravity"}
+    return job_given(["exposed_dose"], wildcards, *study_case(wildcards))
 
 
 rule validate:
@@ -71,26 +76,17 @@ rule propagate:
 rule propagate_press:
     """The fit between the plates, or the draw of one rank of stiffness: force and dose."""
     input:
+        unpack(lambda wildcards: measured(wildcards.v, *LABELLED, "mesh", "spectrum")),
         samples="results/identification/{v}/samples.csv",
         rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
         order=lambda wildcards: order_of(wildcards) if wildcards.rank != "fit" else [],
-        mesh="results/meshes/{v}/prone.vtu",
-        fiducials="results/registration/{v}/prone_fiducials.csv",
-        labels="results/segmentation/{v}/prone.nii.gz",
-        transform="results/registration/{v}/prone.tfm",
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
         library=library("propagate_press.py"),
     output:
         row="results/propagation/{v}/{side}_{rank}.csv",
         shape="results/propagation/{v}/{side}_{rank}.vtu",
     params:
         pressed=PROPAGATION["pressed"],
-        plates={key: COMPRESSION[key] for key in ("plate_mm", "chest_gap_mm")},
-        thickness_mm=lambda wildcards: COMPRESSION["thickness_mm"][wildcards.v],
-        tissues=TISSUES,
-        view={key: XRAY[key] for key in VIEWED} | {"geometry": GEOMETRY},
-        seed=config["seed"],
+        given=lambda wildcards: propagated_given(wildcards.v, wildcards.side),
     log:
         "results/logs/propagate_press/{v}_{side}_{rank}.log",
     benchmark:
@@ -168,23 +164,6 @@ rule figure_validation:
         "../scripts/figure_validation.py"
 
 
-rule figure_propagation:
-    """What the interval of the moduli means for nipple, force and dose."""
-    input:
-        table="results/study/propagation.csv",
-        library=library("figure_propagation.py"),
-    output:
-        "results/study/figures/propagation.png",
-    log:
-        "results/logs/figure_propagation/all.log",
-    benchmark:
-        "results/benchmarks/figure_propagation/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_propagation.py"
-
-
 rule wrong_model_table:
     """What a fit whose model leaves something out costs: errors and moduli beside those of a woman's twin."""
     input:
@@ -205,23 +184,6 @@ rule wrong_model_table:
         mem_mb=500,
     script:
         "../scripts/wrong_model_table.py"
-
-
-rule figure_wrong_model:
-    """Errors of a woman whom the fit's model cannot describe, beside those of her twin."""
-    input:
-        table="results/study/wrong_model.csv",
-        library=library("figure_wrong_model.py"),
-    output:
-        "results/study/figures/wrong_model.png",
-    log:
-        "results/logs/figure_wrong_model/all.log",
-    benchmark:
-        "results/benchmarks/figure_wrong_model/all.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_wrong_model.py"
 
 
 rule wrong_model:

@@ -1,90 +1,82 @@
 # From the compressed breast to its X-ray image and dose.
 from snakemake.logging import logger
 
-from mammosim.io.tabulated import tabulated
 from mammosim.study.jobs.foreseen import foreseen
 
 XRAY = config["xray"]
-MEASURED = STRESS_FREE["position"]
 GEOMETRY = {
     key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
 }
 
+
+def imaging_systems():
+    """Rows of the table of systems by name, None where one has a gap."""
+    rows = read_plain(PACKAGE / "io" / "data" / "imaging_systems.csv")
+    return {row["system"]: {key: value or None for key, value in row.items()} for row in rows}
+
+
 known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 if workflow.is_main_process:
-    for words in foreseen(config, STRATEGIES, tabulated("imaging_systems").set_index("system").to_dict("index")):
+    for words in foreseen(config, STRATEGIES, imaging_systems()):
         logger.warning(f"A result will be missing, as it seems: {words}.")
-SCATTERED = "scatter" in XRAY["effects"]
 TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")
-CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", *TUBE)
 
 
 rule phantom:
     """The compressed breast as voxels, with what was conserved on the way."""
     input:
-        shape="results/compression/{v}/{side}/{strategy}_{moduli}.vtu",
-        measured=f"results/meshes/{{v}}/{MEASURED}.vtu",
-        labels=f"results/segmentation/{{v}}/{MEASURED}.nii.gz",
-        transform=f"results/registration/{{v}}/{MEASURED}.tfm",
-        fiducials=f"results/registration/{{v}}/{MEASURED}_fiducials.csv",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        library=library("phantom.py"),
+        unpack(reads("phantom", "conservation")),
+        library=code("phantom", "conservation"),
     output:
-        labels="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        conservation="results/phantom/{v}/{side}/{strategy}_{moduli}_conservation.csv",
+        **writes("phantom", "conservation"),
     params:
-        voxel_mm=XRAY["voxel_mm"],
-        lesion=XRAY["lesion"],
-        skin_mm=TISSUES["skin"]["thickness_mm"],
-        density_g_cm3={name: tissue["density_g_cm3"] for name, tissue in TISSUES["tissues"].items()},
+        **runs("phantom", "conservation"),
     log:
-        "results/logs/phantom/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/phantom/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/phantom/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/phantom/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=4000,
     script:
-        "../scripts/phantom.py"
+        "../scripts/stage.py"
 
 
 rule field:
     """Whether the detectors hold the compressed breast in all views: known before any photon is followed."""
     input:
-        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        library=library("field.py"),
+        unpack(reads("field")),
+        library=code("field"),
     output:
-        rows="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
+        **writes("field"),
     params:
-        geometry=GEOMETRY,
-        scan={key: XRAY["tomosynthesis"][key] for key in ("system", "pixel_mm")},
+        **runs("field"),
     log:
-        "results/logs/field/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/field/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/field/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/field/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=1000,
     script:
-        "../scripts/field.py"
+        "../scripts/stage.py"
 
 
 rule spectrum:
     """The X-ray spectrum of the tube, with its half-value layer and air kerma per mAs."""
     input:
-        library=library("spectrum.py"),
+        unpack(reads("spectrum")),
+        library=code("spectrum"),
     output:
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
+        **writes("spectrum"),
     params:
-        tube={key: XRAY[key] for key in (*TUBE, "energies")},
+        **runs("spectrum"),
     log:
-        "results/logs/spectrum.log",
+        "results/logs/spectrum{also}.log",
     benchmark:
-        "results/benchmarks/spectrum/all.tsv"
+        "results/benchmarks/spectrum/all{also}.tsv"
     resources:
         mem_mb=1000,
     script:
-        "../scripts/spectrum.py"
+        "../scripts/stage.py"
 
 
 rule beams:
@@ -93,7 +85,7 @@ rule beams:
         library=library("beams.py"),
     output:
         quality="results/study/beams.csv",
-        spectra="results/xray/beams.csv",
+        spectra="results/study/spectra.csv",
     params:
         tube={key: XRAY[key] for key in TUBE},
     log:
@@ -109,141 +101,115 @@ rule beams:
 rule dose:
     """Glandular dose of one compressed breast by photon Monte Carlo, with its standard error."""
     input:
-        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
-        library=library("dose.py"),
+        unpack(reads("dose")),
+        library=code("dose"),
     output:
-        dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
+        **writes("dose"),
     params:
-        geometry=GEOMETRY,
-        dose_error_percent=XRAY["dose_error_percent"],
-        seed=config["seed"],
+        **runs("dose"),
     log:
-        "results/logs/dose/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/dose/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/dose/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/dose/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=2000,
     script:
-        "../scripts/dose.py"
+        "../scripts/stage.py"
 
 
 rule scatter:
     """Scatter of one compressed breast on the detector, to the asked error per cell behind it."""
     input:
-        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
-        library=library("scatter.py"),
+        unpack(reads("scatter")),
+        library=code("scatter"),
     output:
-        scatter="results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv",
+        **writes("scatter"),
     params:
-        geometry=GEOMETRY,
-        scatter_error_percent=XRAY["scatter_error_percent"],
-        scatter_pixel_mm=XRAY["scatter_pixel_mm"],
-        seed=config["seed"],
+        **runs("scatter"),
     log:
-        "results/logs/scatter/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/scatter/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/scatter/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/scatter/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=2000,
     script:
-        "../scripts/scatter.py"
+        "../scripts/stage.py"
 
 
 rule mammogram:
     """The X-ray image with quantum noise, with and without the lesion, and the lesion's contrast-to-noise ratio."""
     input:
-        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
-        scatter=["results/xray/{v}/{side}/{strategy}_{moduli}_scatter.csv"] if SCATTERED else [],
-        dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
-        library=library("mammogram.py"),
+        unpack(reads("mammogram")),
+        library=code("mammogram"),
     output:
-        image="results/xray/{v}/{side}/{strategy}_{moduli}_mammogram.nii.gz",
-        row="results/xray/{v}/{side}/{strategy}_{moduli}_image.csv",
+        **writes("mammogram"),
     params:
-        geometry=GEOMETRY,
-        detector_kerma_ugy=XRAY["detector_kerma_ugy"],
-        rays_per_pixel=XRAY["rays_per_pixel"],
-        effects=XRAY["effects"],
-        chain={key: XRAY[key] for key in CHAIN},
-        calcifications=XRAY["calcifications"],
-        seed=config["seed"],
+        **runs("mammogram"),
     log:
-        "results/logs/mammogram/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/mammogram/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/mammogram/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/mammogram/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=3000,
     script:
-        "../scripts/mammogram.py"
+        "../scripts/stage.py"
+
+
+rule image_row:
+    """What one mammogram shows beside the dose that it takes."""
+    input:
+        unpack(reads("image_row")),
+        library=code("image_row"),
+    output:
+        **writes("image_row"),
+    params:
+        **runs("image_row"),
+    log:
+        "results/logs/image_row/{v}_{side}_{strategy}_{moduli}{also}.log",
+    benchmark:
+        "results/benchmarks/image_row/{v}_{side}_{strategy}_{moduli}{also}.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/stage.py"
 
 
 rule tomosynthesis:
     """Views over the arc of a system with noise and scatter, and slices of them by two reconstructions."""
     input:
-        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        field="results/xray/{v}/{side}/{strategy}_{moduli}_field.csv",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
-        image="results/xray/{v}/{side}/{strategy}_{moduli}_image.csv",
-        library=library("tomosynthesis.py"),
+        unpack(reads("slices", "depth")),
+        library=code("slices", "depth"),
     output:
-        filtered_backprojection="results/xray/{v}/{side}/{strategy}_{moduli}_fbp.nii.gz",
-        sart="results/xray/{v}/{side}/{strategy}_{moduli}_sart.nii.gz",
-        profiles="results/xray/{v}/{side}/{strategy}_{moduli}_depth.csv",
-        rows="results/xray/{v}/{side}/{strategy}_{moduli}_slices.csv",
+        **writes("slices", "depth"),
     params:
-        scan=XRAY["tomosynthesis"],
-        scatter_pixel_mm=XRAY["scatter_pixel_mm"],
-        scatter_error_percent=XRAY["scatter_error_percent"],
-        effects=XRAY["effects"],
-        chain={key: XRAY[key] for key in CHAIN},
-        seed=config["seed"],
+        **runs("slices", "depth"),
     log:
-        "results/logs/tomosynthesis/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/tomosynthesis/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/tomosynthesis/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/tomosynthesis/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=3000,
     script:
-        "../scripts/tomosynthesis.py"
+        "../scripts/stage.py"
 
 
 rule dose_routes:
     """Dose of one breast by Monte Carlo, and of its standard breast by Monte Carlo and by Dance's factors."""
     input:
-        phantom="results/phantom/{v}/{side}/{strategy}_{moduli}.nii.gz",
-        plates="results/compression/{v}/{side}/{strategy}_{moduli}_plates.json",
-        dose="results/xray/{v}/{side}/{strategy}_{moduli}_dose.csv",
-        spectrum="results/xray/spectrum.csv",
-        facts="results/xray/spectrum.json",
-        library=library("dose_routes.py"),
+        unpack(reads("dose_routes")),
+        library=code("dose_routes"),
     output:
-        rows="results/xray/{v}/{side}/{strategy}_{moduli}_routes.csv",
+        **writes("dose_routes"),
     params:
-        dose_error_percent=XRAY["dose_error_percent"],
-        combination=f"{XRAY['anode']}/{XRAY['filter']}",
-        seed=config["seed"],
+        **runs("dose_routes"),
     log:
-        "results/logs/dose_routes/{v}_{side}_{strategy}_{moduli}.log",
+        "results/logs/dose_routes/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
-        "results/benchmarks/dose_routes/{v}_{side}_{strategy}_{moduli}.tsv"
+        "results/benchmarks/dose_routes/{v}_{side}_{strategy}_{moduli}{also}.tsv"
     resources:
         mem_mb=2000,
     script:
-        "../scripts/dose_routes.py"
+        "../scripts/stage.py"
 
 
 rule dose_standard:

@@ -20,15 +20,19 @@ COLUMNS = {"v": "volunteer", "w": "volunteer", "p": "position", "kpa": "youngs_m
 
 
 @contextmanager
-def run(snakemake) -> Iterator[None]:
-    """Send records to the rule's log; where the block finds no answer, write the reason into every output."""
+def run(snakemake) -> Iterator[dict[str, str]]:
+    """The columns that tell the rows of a job's tables apart, with their values.
+
+    Records go to the rule's log; where the block finds no answer, every output says why.
+    """
     _log.to(snakemake.log[0], threads=snakemake.threads)
+    names = {name: value for name, value in snakemake.wildcards.items() if name != "also"}
+    job = {COLUMNS.get(name, name): value for name, value in names.items()}
     try:
-        yield
+        yield job
     except ConfigurationError:
         raise
     except MammosimError as error:
-        job = {COLUMNS.get(name, name): value for name, value in snakemake.wildcards.items()}
         reason = " ".join(str(error).split())
         if not isinstance(error, MissingResult):
             logging.error("no answer", exc_info=error)

@@ -2,12 +2,13 @@
 
 import _log
 
+from mammosim.chain.files import chain_of
 from mammosim.io.tables import write_table
-from mammosim.study.accuracy.start import made_today, start_of, write_start
+from mammosim.study.accuracy.start import made_today, write_start
 
 
 def main(files: dict, given: dict, quantities: list[str], folder: str, table: str) -> None:
-    chain, rows = made_today(start_of(files, given), quantities)
+    chain, rows = made_today(chain_of(given, files), quantities)
     write_start(chain, folder)
     write_table(rows, table)
 

@@ -2,15 +2,16 @@
 
 import _log
 
+from mammosim.chain.files import chain_of
 from mammosim.io.tables import write_table
 from mammosim.study.accuracy.knobs import Knob
-from mammosim.study.accuracy.start import read_start, start_of
+from mammosim.study.accuracy.start import start_files
 from mammosim.study.accuracy.trial import Trial
 
 
 def main(files: dict, given: dict, knob: Knob, repeats: dict, out: str) -> None:
-    start = read_start(start_of(files, given), files["start"])
-    write_table(Trial(start, knob, repeats).rows(), out)
+    today = chain_of(given, files).kept(start_files(files["start"]))
+    write_table(Trial(today, knob, repeats).rows(), out)
 
 
 if __name__ == "__main__":

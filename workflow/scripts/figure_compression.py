@@ -5,13 +5,13 @@ import numpy as np
 
 from mammosim.figures.compression import Plate, compressed_breast
 from mammosim.io.figures import write_figure
-from mammosim.io.meshes import read_cell_data, read_mesh, read_point_data
+from mammosim.io.meshes import read_cell_data, read_mesh
 from mammosim.io.tables import read_json, read_table
 
 
 def main(files: dict[str, str], out: str) -> None:
     compressed, facts = read_mesh(files["shape"]), read_json(files["plates"])
-    mesh = compressed.moved_to(read_point_data(files["shape"], "stress_free"))
+    mesh = read_mesh(files["stress_free"])
     half = np.array([facts["high_x_mm"] - facts["low_x_mm"], facts["depth_mm"], facts["height_mm"]]) / 2
     x = (facts["low_x_mm"] + facts["high_x_mm"]) / 2
     y = facts["chest_y_mm"] - half[1]

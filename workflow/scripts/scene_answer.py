@@ -1,20 +1,22 @@
-"""What one scene asks, and the processor seconds that its parts took."""
+"""What one scene asks, and the processor seconds that all that it is made of took."""
 
 import _log
 
-from mammosim.chain.files import scene_chain
-from mammosim.io.tables import read_json, read_table, write_json
-from mammosim.study.scenes.answers import values
+from mammosim.chain.files import chain_of
+from mammosim.io.plain import read_plain
+from mammosim.io.tables import read_json, write_json
+from mammosim.study.scenes.answers import seconds, values
 from mammosim.study.scenes.scene import Scene
 
 
 def main(files: dict, job: dict, settings: dict, out: str) -> None:
-    screening = read_table(files["screening"][0]) if files["screening"] else None
+    screening = read_plain(files["screening"][0]) if files["screening"] else None
     effects = Scene.of(job["scene"], settings["scene"]).modelled(job["model"], screening)
-    chain = scene_chain(files, effects, settings)
-    took = sum(seconds for path in files["seconds"] for seconds in read_json(path).values())
-    found = values(chain, settings["scene"]["asked"])
-    write_json({"values": found, "effects": sorted(chain.effects), "seconds": took}, out)
+    chain = chain_of(settings["given"], files).with_effects(effects)
+    asked = settings["scene"]["asked"]
+    found = values(chain, asked)
+    took = sum(s for path in files["took"] for s in read_json(path).values()) + seconds(chain, asked)
+    write_json({"values": found, "effects": sorted(effects), "seconds": took}, out)
 
 
 if __name__ == "__main__":

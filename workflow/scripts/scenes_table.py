@@ -6,6 +6,7 @@ import sys
 import _log
 import pandas as pd
 
+from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_commented, read_json, read_table, write_json, write_table
 from mammosim.study.accuracy.presets import errors_at
 from mammosim.study.scenes.screening import COLUMNS, JOINT
@@ -29,9 +30,19 @@ def main(files: dict, settings: dict, out: dict) -> None:
     write_table(effects, out["effects"])
     write_table(joint, out["interactions"])
     write_json(numbers(table, effects), out["numbers"])
+    write_variants(settings["variants"], out["variants"])
     for line in outside(table):
         logging.getLogger("mammosim").error(line)
         sys.stderr.write(f"{line}\n")
+
+
+def write_variants(variants: dict[str, list[str]], out: str) -> None:
+    """Which scenes and models ask for the files of each variant of the chain."""
+    rows = [
+        {"files": stem, "asked_by": "; ".join(dict.fromkeys(by))} for stem, by in sorted(variants.items())
+    ]
+    with replacing(out) as temporary:
+        pd.DataFrame(rows, columns=["files", "asked_by"]).to_csv(temporary, sep="\t", index=False)
 
 
 def together(paths: list[str], columns: list[str]) -> pd.DataFrame:

@@ -5,9 +5,7 @@ import time
 import _log
 import pandas as pd
 
-from mammosim.chain.breast import read_breast
-from mammosim.chain.graph import Chain
-from mammosim.chain.stages import PRODUCTS
+from mammosim.chain.files import chain_of
 from mammosim.io.tables import write_json, write_table
 from mammosim.study.scenes.answers import answers
 from mammosim.study.scenes.scene import Scene
@@ -15,13 +13,9 @@ from mammosim.study.scenes.screening import Rule, Screening
 
 
 def main(files: dict, settings: dict, out: dict) -> None:
-    values = settings["scenes"]
-    first = next(iter(values.values()))
-    names = (settings["seed"], first["volunteer"], first["side"], "scenes")
-    breast = read_breast(files, settings["gravity"], side=first["side"], names=names)
-    chain = Chain(breast, settings["settings"], frozenset(), PRODUCTS)
+    chain = chain_of(settings["given"], files)
     tables, took = [], {}
-    for scene in (Scene.of(name, given) for name, given in values.items()):
+    for scene in (Scene.of(name, given) for name, given in settings["scenes"].items()):
         began = time.process_time()
         evaluated = answers(chain, scene.asked)
         rule = Rule(**settings["rule"])

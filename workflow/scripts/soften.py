@@ -2,27 +2,17 @@
 
 import _log
 
-from mammosim.chain.breast import read_breast
-from mammosim.chain.graph import Chain
-from mammosim.chain.mechanics import PRODUCTS as MECHANICS
-from mammosim.chain.xray import PRODUCTS as XRAY
+from mammosim.chain.files import chain_of
 from mammosim.io.tables import read_table, write_table
 from mammosim.study.identification.softening import fitted_tissues, rows
-
-# ASSUME: friction, weight and fascia, left out here, hardly change what other moduli change.
-EFFECTS = frozenset({"gland", "muscle", "skin", "polychromatic", "paddle"})
 
 
 def main(files: dict, job: dict, settings: dict, out: str) -> None:
     nu = float(read_table(files["fit"]).poisson_ratio.iloc[0])
-    given = settings["settings"]
-    tissues = fitted_tissues(
-        read_table(files["moduli"]), given["tissues"], side=job["side"], poisson_ratio=nu
-    )
-    breast = read_breast(
-        files, settings["gravity"], side=job["side"], names=(settings["seed"], *job.values(), "softening")
-    )
-    today = Chain(breast, given | {"tissues": tissues}, EFFECTS, {**MECHANICS, **XRAY})
+    assumed = chain_of(settings["given"], files)
+    moduli = read_table(files["moduli"])
+    tissues = fitted_tissues(moduli, assumed.setting("tissues"), side=job["side"], poisson_ratio=nu)
+    today = assumed.with_settings({"tissues": tissues, "load.tissues": tissues})
     variants = [(tissue, factor) for tissue in ("glandular", "all") for factor in settings["factors"]]
     table = rows(today, variants)
     write_table(table.assign(**job)[[*job, *table.columns]], out)

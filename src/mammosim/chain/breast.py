@@ -6,14 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from mammosim.chain.configuration import gravity_vector
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import LabelMap
-from mammosim.io.fiducials import read_fiducials
-from mammosim.io.images import read_labels
-from mammosim.io.transforms import read_transform
 from mammosim.meshing.body import ElementSize, crop_body, mesh_body
 
 
@@ -21,8 +17,7 @@ from mammosim.meshing.body import ElementSize, crop_body, mesh_body
 class Breast:
     """labels and fiducials in the scanner frame; to_reference: from there into the common frame.
 
-    gravity (3,): unit vector of the measured position, common frame; side: left or right; names: of the
-    random streams of its photons and noise, beginning with the seed of the study.
+    gravity (3,): unit vector of the measured position, common frame; side: left or right.
     """
 
     labels: LabelMap
@@ -30,27 +25,11 @@ class Breast:
     to_reference: RigidTransform
     gravity: np.ndarray
     side: str
-    names: tuple[str | int, ...] = ()
 
     @property
     def nipple(self) -> np.ndarray:
         """Where its nipple was measured (3,) mm, scanner frame."""
         return self.fiducials.point(f"nipple_{self.side}")
-
-
-def read_breast(
-    files: Mapping[str, str], gravity: str, *, side: str, names: tuple[str | int, ...] = ()
-) -> Breast:
-    """The breast of the files labels, fiducials (scanner frame) and transform; gravity: 'x y z', scanner."""
-    to_reference = read_transform(files["transform"])
-    return Breast(
-        read_labels(files["labels"]),
-        read_fiducials(files["fiducials"]),
-        to_reference,
-        to_reference.R @ gravity_vector(gravity),
-        side,
-        names,
-    )
 
 
 def scanned_mesh(labels: LabelMap, chest: np.ndarray, settings: Mapping[str, Any]) -> TetMesh:

@@ -1,11 +1,10 @@
 """Refuse a configuration that cannot be meant, before anything is computed, and say what to write instead."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from jsonschema import Draft202012Validator, ValidationError
 
 from mammosim.core.errors import ConfigurationError
@@ -65,23 +64,28 @@ def _limit(error: ValidationError) -> str:
     }.get(str(error.validator), error.message)
 
 
-def check_volunteers(table: pd.DataFrame, *, file: str, reference_position: str) -> None:
+Row = Mapping[str, str]
+
+
+def check_volunteers(rows: Sequence[Row], *, file: str, reference_position: str) -> None:
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
-    table: columns volunteer, position, images, fiducials, strokes, gravity ('x y z', scanner frame LPS).
+    rows: of volunteer, position, images, fiducials, strokes, gravity ('x y z', scanner frame LPS).
     Each volunteer needs prone and the reference position, each position once.
     """
+    positions: dict[str, list[str]] = {}
+    for row in rows:
+        positions.setdefault(row["volunteer"], []).append(row["position"])
     if twice := [
-        f"{v} {p}"
-        for v, p in table[table.duplicated(["volunteer", "position"])][["volunteer", "position"]].values
+        f"{v} {p}" for v, found in positions.items() for p in sorted({p for p in found if found.count(p) > 1})
     ]:
         raise ConfigurationError(
             f"{file}: {', '.join(twice)} stand twice; give each position of a volunteer one row"
         )
-    for row in table.itertuples():
-        _check_gravity(row.volunteer, row.position, row.gravity, file)
-    for volunteer, rows in table.groupby("volunteer"):
-        if absent := {"prone", reference_position} - set(rows.position):
+    for row in rows:
+        _check_gravity(row["volunteer"], row["position"], row["gravity"], file)
+    for volunteer, found in positions.items():
+        if absent := {"prone", reference_position} - set(found):
             raise ConfigurationError(
                 f"{file}: volunteer {volunteer!r} lacks {', '.join(sorted(absent))}; prone and the reference "
                 f"position {reference_position!r} are needed"
@@ -97,12 +101,13 @@ def check_thicknesses(thickness_mm: Mapping[str, float], volunteers: Iterable[st
         )
 
 
-def check_listed(table: pd.DataFrame, volunteers: Iterable[str], *, file: str) -> None:
+def check_listed(rows: Iterable[Row], volunteers: Iterable[str], *, file: str) -> None:
     """Raise ConfigurationError when a volunteer has no row of the table of volunteers."""
-    if lacking := sorted(set(volunteers) - set(table.volunteer)):
+    known = list(dict.fromkeys(row["volunteer"] for row in rows))
+    if lacking := sorted(set(volunteers) - set(known)):
         raise ConfigurationError(
             f"{file} has no row of {', '.join(map(repr, lacking))}, whom `volunteers` names; it has rows of: "
-            f"{', '.join(dict.fromkeys(table.volunteer))}"
+            f"{', '.join(known)}"
         )
 
 

@@ -1,31 +1,94 @@
-"""The chain from labels to image as products: each is made when it is asked for, and only once.
+"""The engine of the chain: a product is made when it is asked for, and only once.
 
-A product is made of other products, of settings and of effects. It may read only those that it names, so that
-a chain with other settings or effects, which shares what was made, makes again just what they change.
+A stage makes its product of other products, of settings and of effects. It may read only those that it names,
+so that a chain with other settings or effects, which shares what was made, makes again just what they change.
 """
 
 import logging
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from mammosim.core.errors import ConfigurationError, MammosimError
 
 log = logging.getLogger(__name__)
+PACKAGE = "mammosim.chain"
 
 
 @dataclass(frozen=True)
-class Product:
-    """How a product is made: of the products `needs`, the settings `reads`, and the effects that it may have.
+class Need:
+    """A product that a stage needs only with some of its own settings and effects."""
 
-    reads: dotted names, 'xray.voxel_mm'; one that names a group reads all in it.
+    name: str
+    when: Callable[["Inputs"], bool]
+
+
+@dataclass(frozen=True)
+class Files:
+    """Where a product is kept: a path without ending, with wildcards, and the ending of each of its files.
+
+    endings: of what is read back; beside: of what is written for people and figures only. The stage's module
+    has save_{function}(product, files, job) and load_{function}(files), files: name -> path.
     """
 
-    make: Callable[["Inputs"], Any]
-    needs: tuple[str, ...] = ()
+    stem: str
+    endings: Mapping[str, str]
+    beside: Mapping[str, str] = field(default_factory=dict)
+
+    def paths(self, wildcards: Mapping[str, str], *, beside: bool = False) -> dict[str, str]:
+        """Name -> path, of this breast and strategy; `{name}` where wildcards say so."""
+        endings = {**self.endings, **(self.beside if beside else {})}
+        return {name: self.stem.format(**wildcards) + ending for name, ending in endings.items()}
+
+
+@dataclass(frozen=True)
+class Stage:
+    """How a product is made: of the products `needs`, the settings `reads`, and the effects that it may have.
+
+    function: 'module.function' of mammosim.chain, imported when it is run, so that the table costs nothing;
+    '' where a product can only be given. reads: dotted names, 'xray.voxel_mm'; one that names a group reads
+    all in it. files: None where it is made again rather than kept.
+    """
+
+    function: "str | Callable[[Inputs], Any]"
+    needs: tuple[str | Need, ...] = ()
     reads: tuple[str, ...] = ()
     effects: tuple[str, ...] = ()
+    files: Files | None = None
+
+    @property
+    def all_needs(self) -> tuple[str, ...]:
+        """Every product that it may need."""
+        return tuple(need.name if isinstance(need, Need) else need for need in self.needs)
+
+    @property
+    def module(self) -> str:
+        """The module of its function, '' where it has none."""
+        return f"{PACKAGE}.{self.function.split('.')[0]}" if isinstance(self.function, str) else ""
+
+    def make(self, inputs: "Inputs") -> Any:
+        """Its product. Raises ConfigurationError where it can only be given."""
+        if not isinstance(self.function, str):
+            return self.function(inputs)
+        if not self.function:
+            raise ConfigurationError("a product that is only measured was not given")
+        return getattr(*self._place())(inputs)
+
+    def save(self, product: Any, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+        """Write a product; job: the columns that tell the rows of its tables apart, with their values."""
+        module, name = self._place()
+        getattr(module, f"save_{name}")(product, files, job)
+
+    def load(self, files: Mapping[str, str]) -> Any:
+        """Read a product. Raises MissingResult where its files say that it is missing."""
+        module, name = self._place()
+        return getattr(module, f"load_{name}")(files)
+
+    def _place(self) -> tuple[ModuleType, str]:
+        return import_module(self.module), str(self.function).split(".")[1]
 
 
 @dataclass(frozen=True)
@@ -48,14 +111,17 @@ class Chain:
     """The products of one subject, with settings and effects.
 
     subject: what the chain begins with, whatever a product takes from it; settings: nested plain values;
-    products: by name; made: what was made so far, shared by the chains that come from each other.
+    stages: by the name of their product; made: what was made so far, and files: what can be read, both shared
+    by the chains that come from each other; keys: of products that were asked for.
     """
 
     subject: Any
     settings: Mapping[str, Any]
     effects: frozenset[str]
-    products: Mapping[str, Product]
-    made: dict = field(default_factory=dict, compare=False, repr=False)
+    stages: Mapping[str, Stage]
+    made: dict[tuple, Made] = field(default_factory=dict, compare=False, repr=False)
+    files: Mapping[tuple, Mapping[str, str]] = field(default_factory=dict, compare=False, repr=False)
+    keys: dict[str, tuple] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Any:
         """A product. Raises what made it fail, again each time."""
@@ -80,9 +146,26 @@ class Chain:
         known = {self.key(name): Made(value, None, 0.0) for name, value in products.items()}
         return replace(self, made=self.made | known)
 
+    def kept(self, files: Mapping[str, Mapping[str, str]]) -> "Chain":
+        """The same, with products that are read from files when asked for: product -> name -> path."""
+        return replace(self, files={**self.files, **{self.key(name): paths for name, paths in files.items()}})
+
     def upstream(self, name: str) -> tuple[str, ...]:
-        """The products that one is made of, each after those that it needs itself."""
-        return upstream(self.products, name)
+        """The products that one is made of with these settings, each after those that it needs itself."""
+        found: dict[str, None] = {}
+        for need in self.needs(name):
+            found |= dict.fromkeys((*self.upstream(need), need))
+        return tuple(found)
+
+    def needs(self, name: str) -> tuple[str, ...]:
+        """The products that one needs with these settings and effects."""
+        stage = self.stages[name]
+        inputs = Inputs(self, stage)
+        return tuple(
+            need.name if isinstance(need, Need) else need
+            for need in stage.needs
+            if not isinstance(need, Need) or need.when(inputs)
+        )
 
     def seconds(self, name: str) -> dict[str, float]:
         """Processor time that a product and each that it is made of took, as far as they were made."""
@@ -91,12 +174,17 @@ class Chain:
 
     def key(self, name: str) -> tuple:
         """All that a product depends on: two chains that agree in it share the product."""
-        product = self.products[name]
+        if name not in self.keys:
+            self.keys[name] = self._key(name)
+        return self.keys[name]
+
+    def _key(self, name: str) -> tuple:
+        stage = self.stages[name]
         return (
             name,
-            repr([self.setting(each) for each in product.reads]),
-            frozenset(product.effects) & self.effects,
-            *(self.key(need) for need in product.needs),
+            repr([self.setting(each) for each in stage.reads]),
+            tuple(effect for effect in stage.effects if effect in self.effects),
+            *(self.key(need) for need in self.needs(name)),
         )
 
     def setting(self, name: str) -> Any:
@@ -111,17 +199,19 @@ class Chain:
         return value
 
     def make(self, name: str) -> Made:
-        """A product, made unless it was before, or why it was refused, again each time."""
+        """A product, made or read unless it was before, or why it was not, again each time."""
         key = self.key(name)
         if key not in self.made:
             began, value, refusal = time.process_time(), None, None
-            inputs = Inputs(self, self.products[name])
+            stage, read = self.stages[name], key in self.files
+            inputs = Inputs(self, stage)
             try:
-                value = self.products[name].make(inputs)
+                value = stage.load(self.files[key]) if read else stage.make(inputs)
             except MammosimError as error:
                 refusal = error
-            self.made[key] = Made(value, refusal, time.process_time() - began - sum(inputs.waited))
-            log.info("%s: %.2f s%s", name, self.made[key].seconds, f", {refusal}" if refusal else "")
+            seconds = 0.0 if read else time.process_time() - began - sum(inputs.waited)
+            self.made[key] = Made(value, refusal, seconds)
+            log.info("%s: %.2f s%s", name, seconds, f", {refusal}" if refusal else "")
         return self.made[key]
 
 
@@ -133,7 +223,7 @@ class Inputs:
     """
 
     chain: Chain
-    product: Product
+    stage: Stage
     waited: list[float] = field(default_factory=list)
 
     @property
@@ -143,7 +233,7 @@ class Inputs:
 
     def __getitem__(self, name: str) -> Any:
         """One of the products it needs; raises what made that fail."""
-        self._declared(name, self.product.needs)
+        self._declared(name, self.stage.all_needs)
         began = time.process_time()
         made = self.chain.make(name)
         self.waited.append(time.process_time() - began)
@@ -151,12 +241,12 @@ class Inputs:
 
     def setting(self, name: str) -> Any:
         """One of the settings it reads, or one inside of those."""
-        self._declared(name, self.product.reads)
+        self._declared(name, self.stage.reads)
         return self.chain.setting(name)
 
     def has(self, effect: str) -> bool:
         """Whether one of its effects is there."""
-        self._declared(effect, self.product.effects)
+        self._declared(effect, self.stage.effects)
         return effect in self.chain.effects
 
     def _declared(self, name: str, among: Collection[str]) -> None:
@@ -164,11 +254,11 @@ class Inputs:
             raise KeyError(f"{name!r} is read by a product that does not name it")
 
 
-def upstream(products: Mapping[str, Product], name: str) -> tuple[str, ...]:
-    """The products that one is made of, each after those that it needs itself."""
+def upstream(stages: Mapping[str, Stage], name: str) -> tuple[str, ...]:
+    """Every product that one may be made of, each after those that it needs itself."""
     found: dict[str, None] = {}
-    for need in products[name].needs:
-        found |= dict.fromkeys((*upstream(products, need), need))
+    for need in stages[name].all_needs:
+        found |= dict.fromkeys((*upstream(stages, need), need))
     return tuple(found)
 
 
@@ -213,10 +303,10 @@ def changed(values: Mapping[str, Any], path: list[str], value: Any) -> dict[str,
     return {**values, first: changed(values[first], rest, value) if rest else value}
 
 
-def read_by(products: Mapping[str, Product], names: Iterable[str]) -> tuple[str, ...]:
+def read_by(stages: Mapping[str, Stage], names: Iterable[str]) -> tuple[str, ...]:
     """The dotted names of all settings that these products and what they are made of read."""
-    each = (made for name in names for made in (*upstream(products, name), name))
-    return tuple(dict.fromkeys(read for made in each for read in products[made].reads))
+    each = (made for name in names for made in (*upstream(stages, name), name))
+    return tuple(dict.fromkeys(read for made in each for read in stages[made].reads))
 
 
 def names_of(values: Any) -> Iterator[str]:

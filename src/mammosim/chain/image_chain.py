@@ -20,7 +20,7 @@ from mammosim.xray.response import Response, response_of
 
 
 @dataclass(frozen=True)
-class Taken:
+class Acquisition:
     """How an image is taken: its geometry, and the height in mm of the breast's middle over the detector.
 
     settings: detector, focal_spot_mm, grid, structure_percent, seed, and of the tube anode, filter,
@@ -42,13 +42,13 @@ class Taken:
         return EFFECTS[name](self)
 
 
-def _heel(taken: Taken) -> Effect:
+def _heel(taken: Acquisition) -> Effect:
     tube = taken.settings
     return heel(taken.geometry, (tube["anode"], tube["filter"], tube["filter_um"] / 1e3, tube["peak_kv"]))
 
 
 # What acts on an image once primary and scatter are known.
-EFFECTS: Mapping[str, Callable[[Taken], Effect]] = {
+EFFECTS: Mapping[str, Callable[[Acquisition], Effect]] = {
     "heel": _heel,
     "focal_spot": lambda taken: FocalSpot(taken.settings["focal_spot_mm"], taken.magnification),
     "grid": lambda taken: grid_of(taken.settings["grid"]),
@@ -76,7 +76,7 @@ class ImageChain:
     response: Response | None
 
     @classmethod
-    def named(cls, names: Sequence[str], taken: Taken) -> "ImageChain":
+    def named(cls, names: Sequence[str], taken: Acquisition) -> "ImageChain":
         """The chain of these effects. Raises ConfigurationError for a name that means none."""
         unknown = [name for name in names if name not in EFFECTS and name not in BEFORE]
         if unknown:

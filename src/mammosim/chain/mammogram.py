@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy import ndimage
 
-from mammosim.chain.image_chain import ImageChain, Taken
+from mammosim.chain.image_chain import Acquisition, ImageChain
 from mammosim.chain.phantom import healthy
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
@@ -18,7 +18,6 @@ from mammosim.xray.attenuation import Material, material, mixture
 from mammosim.xray.blocks import Limits
 from mammosim.xray.detector import Exposure, Scatter, expose, on_pixels
 from mammosim.xray.dose import GlandularDose, air_kerma_at, mean_glandular_dose
-from mammosim.xray.exposure import automatic_mas
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.observer import Contrast, cnr
 from mammosim.xray.phantom import Phantom, phantom_of_labels
@@ -35,15 +34,14 @@ SENSOR_MM = 10.0
 
 @dataclass(frozen=True)
 class View:
-    """How an image is taken: geometry and settings, spectrum, wanted detector kerma, names of its effects.
+    """How an image is taken: geometry and settings, spectrum, names of its effects.
 
     scatter: as it reaches the detector's pixels; None where it is not simulated. effects: see image_chain.
     rays: per pixel and axis.
     """
 
-    taken: Taken
+    taken: Acquisition
     spectrum: Spectrum
-    detector_kerma_mgy: float
     effects: tuple[str, ...]
     scatter: Scatter | None = None
     rays: int = 1
@@ -83,6 +81,7 @@ class Mammogram:
     exposure: Exposure
     lesion: np.ndarray
     ring: np.ndarray
+    pixel_mm: float
     row: dict[str, float]
 
 
@@ -164,8 +163,8 @@ def scatter_from(cells: pd.DataFrame, geometry: Geometry) -> Scatter:
     return Scatter(*(on_pixels(tally, coarse, pixels) for tally in tallies))
 
 
-def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mammogram:
-    """One exposure of a breast with a lesion, at the mAs that automatic exposure chooses.
+def shot_of(labels: LabelMap, view: View, *, mas: float, rng: np.random.Generator) -> Mammogram:
+    """One exposure of a breast with a lesion.
 
     Raises XrayError when there is no lesion, or its shadow misses the detector.
     """
@@ -175,13 +174,6 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
     with_it, without = (
         primary(p, view.geometry, view.spectrum, response=view.chain.response, supersampling=view.rays)
         for p in (phantom, xray_phantom(healthy(labels)))
-    )
-    breast = lengths[..., 1:].sum(axis=-1) > 0
-    mas = automatic_mas(
-        without.kerma_mgy,
-        breast,
-        target_mgy=view.detector_kerma_mgy,
-        sensor_pixels=max(round(SENSOR_MM / pixel), 1),
     )
     scatter = view.scatter_seen
     exposure, plain = (
@@ -193,7 +185,7 @@ def mammogram(labels: LabelMap, view: View, *, rng: np.random.Generator) -> Mamm
         "scatter_to_primary": float((scatter.signal / without.signal)[lesion].mean()) if scatter else 0.0,
         "thickness_at_lesion_mm": float(lengths[lesion, 1:].sum(-1).mean()),
     }
-    return Mammogram(exposure, lesion, ring, row)
+    return Mammogram(exposure, lesion, ring, pixel, row)
 
 
 def _row(measured: Contrast, exposure: Exposure, plain: Exposure, lesion: np.ndarray) -> dict[str, float]:

@@ -171,7 +171,7 @@ def skin_depth(mesh: TetMesh, inside: np.ndarray, grid: Grid) -> np.ndarray:
     return ndimage.distance_transform_edt(~air, sampling=step) - step.mean() / 2
 
 
-def conservation(
+def conservation_table(
     mesh: TetMesh,
     measured: np.ndarray,
     segmentation: LabelMap,

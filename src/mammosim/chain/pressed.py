@@ -9,8 +9,8 @@ import pandas as pd
 from mammosim.chain.discomfort import amounts_above, skin_measures, tissue_measures
 from mammosim.chain.outcome import VERIFIED
 from mammosim.chain.plates import plate_facts
-from mammosim.chain.strategies import Scene
-from mammosim.chain.thickness import COLUMNS, thickness_map
+from mammosim.chain.strategies import PressSetup
+from mammosim.chain.thickness import thickness_map
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import UJ_PER_MJ
@@ -28,14 +28,13 @@ AMOUNTS = ("measure", "threshold", "tissue", "amount", "unit")
 
 @dataclass(frozen=True)
 class Pressed:
-    """What is written of one strategy: points (n_node, 3) mm, NaN where it was refused, and its tables.
+    """A breast between the plates: its mesh, pressed, and its tables.
 
     path: see mechanics.compression.Compression; cells, faces, amounts: chain.discomfort; thickness:
-    chain.thickness; row: MEASURED, NaN where refused, and the outcome; plates: chain.plates.plate_facts,
-    empty where refused.
+    chain.thickness; row: MEASURED and the outcome; plates: chain.plates.plate_facts.
     """
 
-    points: np.ndarray
+    mesh: TetMesh
     path: pd.DataFrame
     cells: pd.DataFrame
     faces: pd.DataFrame
@@ -45,43 +44,28 @@ class Pressed:
     plates: Mapping[str, float]
 
 
-def pressed(scene: Scene, found: Compression, thresholds: Mapping[str, list[float]]) -> Pressed:
+def pressed_breast(setup: PressSetup, found: Compression, thresholds: Mapping[str, list[float]]) -> Pressed:
     """The tables of a compression; thresholds: see chain.discomfort.amounts_above.
 
     Raises MechanicsError where the paddle does not touch the breast in the end.
     """
     _require_contact(found)
-    mesh, x = scene.mesh, found.points
-    cells = tissue_measures(mesh, scene.effects, x)
+    mesh, x = setup.mesh, found.points
+    cells = tissue_measures(mesh, setup.effects, x)
     faces = skin_measures(mesh, dict(zip(("paddle", "support"), found.plates)), x)
     return Pressed(
-        points=x,
+        mesh=mesh.moved_to(x),
         path=found.path,
         cells=cells,
         faces=faces,
         amounts=amounts_above(cells, faces, thresholds),
-        thickness=thickness_map(mesh.moved_to(x), scene.plates),
-        row=_row(scene, found, cells, faces),
+        thickness=thickness_map(mesh.moved_to(x), setup.plates),
+        row=_row(setup, found, cells, faces),
         plates=plate_facts(
-            scene.plates,
+            setup.plates,
             float(found.path.readout_mm.iloc[-1]),
             widest_mm=float(np.nanmax(found.gap(x[mesh.boundary_nodes("skin")]))),
         ),
-    )
-
-
-def refused(mesh: TetMesh, outcome: str) -> Pressed:
-    """What is written of a strategy that found no verified equilibrium; outcome: of its row."""
-    nothing = pd.DataFrame({"tissue": mesh.tissue})
-    return Pressed(
-        points=np.full_like(mesh.points, np.nan),
-        path=pd.DataFrame(columns=list(PATH)),
-        cells=nothing,
-        faces=pd.DataFrame(columns=["area_mm2", "paddle_kpa", "support_kpa", "pressure_kpa"]),
-        amounts=pd.DataFrame(columns=list(AMOUNTS)),
-        thickness=pd.DataFrame(columns=COLUMNS),
-        row=dict.fromkeys(MEASURED, np.nan) | {"outcome": outcome},
-        plates={},
     )
 
 
@@ -96,7 +80,7 @@ def _require_contact(found: Compression) -> None:
 
 
 def _row(
-    scene: Scene, found: Compression, cells: pd.DataFrame, faces: pd.DataFrame
+    setup: PressSetup, found: Compression, cells: pd.DataFrame, faces: pd.DataFrame
 ) -> dict[str, float | str]:
     """MEASURED, and the outcome.
 
@@ -105,8 +89,8 @@ def _row(
     less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force.
     """
     last = found.path.iloc[-1]
-    gap = _gap_at_paddle(scene.mesh, found, faces)
-    under = cells[_under_plates(scene, found.points)]
+    gap = _gap_at_paddle(setup.mesh, found, faces)
+    under = cells[_under_plates(setup, found.points)]
     imbalance = last.force_n - last.support_force_n - last.chest_force_n
     return {
         "plates_mm": float(last.readout_mm),
@@ -134,10 +118,10 @@ def _gap_at_paddle(mesh: TetMesh, found: Compression, faces: pd.DataFrame) -> pd
     return rows.dropna()
 
 
-def _under_plates(scene: Scene, x: np.ndarray) -> np.ndarray:
+def _under_plates(setup: PressSetup, x: np.ndarray) -> np.ndarray:
     """Whether the middle of each cell is before the plates' chest edge and between their sides (n_cell,)."""
-    plates = scene.plates
-    y = (x[scene.mesh.cells[:, :4]].mean(axis=1) - plates.centre) @ plates.axes
+    plates = setup.plates
+    y = (x[setup.mesh.cells[:, :4]].mean(axis=1) - plates.centre) @ plates.axes
     return np.all(np.abs(y[:, :2]) <= plates.half_sizes[:2], axis=1)
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mammosim.chain.graph import Chain
-from mammosim.chain.mechanics import nipple_of
 from mammosim.core.errors import ConfigurationError
 
 QUANTILE = 1.96  # of the normal distribution: 95 % lie within so many standard errors
@@ -34,7 +33,7 @@ class Quantity:
 
 def _d_noise(chain: Chain) -> float:
     """From the 95 % interval of d'."""
-    row = chain["image"]
+    row = chain["mammogram"].row
     return (row["calcification_d_high"] - row["calcification_d_low"]) / (
         2 * QUANTILE * row["calcification_d"]
     )
@@ -45,13 +44,15 @@ def _pressed(column: str) -> Callable[[Chain], float]:
 
 
 def _seen(column: str) -> Callable[[Chain], float]:
-    return lambda chain: float(chain["image"][column])
+    return lambda chain: float(chain["mammogram"].row[column])
 
 
 NOISE = ("quantum_noise",)  # a contrast over no noise is infinite
 QUANTITIES: Mapping[str, Quantity] = {
     "nipple_mm": Quantity(
-        "place of the nipple in the position", ("loaded",), lambda chain: nipple_of(chain, chain["loaded"])
+        "place of the nipple in the position",
+        ("loaded",),
+        lambda chain: nipple_of(chain, chain["loaded"].points),
     ),
     "force_n": Quantity("force of the paddle", ("pressed",), _pressed("force_n")),
     "thickness_mm": Quantity("thickness under the paddle", ("pressed",), _pressed("thickness_mm")),
@@ -64,31 +65,31 @@ QUANTITIES: Mapping[str, Quantity] = {
     ),
     "agd_percent": Quantity(
         "mean glandular dose at automatic exposure",
-        ("dose", "exposure"),
-        lambda chain: chain["dose"].mgy_per_mas * chain["exposure"],
+        ("exposed_dose",),
+        lambda chain: chain["exposed_dose"].dose_mgy,
         relative=True,
         noise=lambda chain: chain["dose"].relative_error,
     ),
     "scatter_to_primary": Quantity(
-        "scatter over primary behind the lesion", ("image",), _seen("scatter_to_primary")
+        "scatter over primary behind the lesion", ("mammogram",), _seen("scatter_to_primary")
     ),
     "cnr_percent": Quantity(
         "contrast-to-noise ratio of the lesion",
-        ("image",),
+        ("mammogram",),
         _seen("cnr_quantum"),
         relative=True,
         means_with=NOISE,
     ),
     "d_percent": Quantity(
         "d' of the calcifications",
-        ("image",),
+        ("mammogram",),
         _seen("calcification_d_expected"),
         relative=True,
         means_with=NOISE,
     ),
     "d_told_percent": Quantity(
         "d' of the calcifications as a number of images tells it",
-        ("image",),
+        ("mammogram",),
         _seen("calcification_d"),
         relative=True,
         noise=_d_noise,
@@ -97,7 +98,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "slice_cnr_percent": Quantity(
         "contrast-to-noise ratio of the lesion in its slice",
         ("slices",),
-        lambda chain: chain["slices"]["cnr"],
+        lambda chain: chain["slices"].cnr("sart"),
         relative=True,
         means_with=NOISE,
     ),
@@ -109,3 +110,13 @@ def quantities(names: list[str]) -> Mapping[str, Quantity]:
     if unknown := [name for name in names if name not in QUANTITIES]:
         raise ConfigurationError(f"no quantity {unknown[0]!r}; choose among: {', '.join(QUANTITIES)}")
     return {name: QUANTITIES[name] for name in names}
+
+
+def nipple_of(chain: Chain, points: np.ndarray) -> np.ndarray:
+    """Where a chain's nipple is (3,) mm when the nodes of its mesh are at points (n_node, 3)."""
+    from mammosim.chain.points import MaterialPoints  # the workflow reads this table, and needs no more
+
+    breast = chain["breast"]
+    given = breast.to_reference(breast.nipple[None])
+    mesh = chain["mesh"]
+    return MaterialPoints.on(mesh, given).carry_above(given, mesh.points, points)[0]

@@ -7,17 +7,14 @@ from typing import Any, Protocol
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.plates import craniocaudal_plates
 from mammosim.chain.touch import path_of
 from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import tissues_by_label
-from mammosim.mechanics.begun import Begun
-from mammosim.mechanics.body import Skin, body_effects
 from mammosim.mechanics.compression import Compression, PressSettings, compress, continued
 from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
+from mammosim.mechanics.warm_start import WarmStart
 
 STANDARD = "standard"
 # A force, and a mean pressure, are met within these parts of them.
@@ -37,12 +34,12 @@ class NoStandard(MechanicsError):
 
 
 @dataclass(frozen=True)
-class Scene:
+class PressSetup:
     """One breast to press.
 
     mesh: stress-free; plates: where a rigid paddle would stand; moduli: the name of the set in the effects;
-    thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the way of the
-    standard strategy of the same breast and moduli, None while that is what is to be found; solved: how a
+    thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the load path of
+    the standard strategy of the same breast and moduli, None while that is what is to be found; solved: how a
     rigid paddle's path is.
     """
 
@@ -52,32 +49,8 @@ class Scene:
     moduli: str
     thickness_mm: float
     smallest_mm: float
-    standard: "Way | None" = None
+    standard: "LoadPath | None" = None
     solved: PressSettings = field(default_factory=PressSettings)
-
-    @classmethod
-    def craniocaudal(
-        cls,
-        mesh: TetMesh,
-        nipple: np.ndarray,
-        settings: Mapping[str, Any],
-        *,
-        moduli: str,
-        standard: "Way | None" = None,
-    ) -> "Scene":
-        """The breast of one nipple (3,) mm, stress-free, between horizontal plates.
-
-        settings: tissues, {'tissues': {...}, 'skin': {...}} as in config/tissues; plate_mm, chest_gap_mm: see
-        chain.plates; thickness_mm, smallest_mm; steps and penetration_mm of mechanics.stage.PressSettings.
-        """
-        # ASSUME: the stress-free shape is that of the study's own moduli, whatever a breast is pressed with.
-        tissues, skin = tissues_by_label(settings["tissues"]["tissues"]), Skin(**settings["tissues"]["skin"])
-        plates = craniocaudal_plates(
-            mesh, nipple, plate_mm=settings["plate_mm"], chest_gap_mm=settings["chest_gap_mm"]
-        )
-        limits = (settings["thickness_mm"], settings["smallest_mm"])
-        solved = PressSettings(settings["steps"], penetration_mm=settings["penetration_mm"])
-        return cls(mesh, body_effects(mesh, tissues, skin=skin), plates, moduli, *limits, standard, solved)
 
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
@@ -87,9 +60,9 @@ class Scene:
         """
         body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
         settings = self.solved if paddle == Rigid() else replace(self.solved, steps=YIELDING_STEPS)
-        # Friction remembers its own way, and cannot go on with another's.
-        way = self.standard if self.plates.friction is None else None
-        begun = way.begun(paddle, control) if way else ()
+        # Friction depends on its own load path, and cannot go on with another.
+        known = self.standard if self.plates.friction is None else None
+        begun = known.begun(paddle, control) if known else ()
         if not begun:
             found = compress(*body, plates=plates, control=control, settings=settings)
             return replace(found, path=path_of(found))
@@ -107,20 +80,20 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Way:
-    """The way of a compression: path of mechanics.compression.Compression; shapes (n_step, n_node, 3) mm."""
+class LoadPath:
+    """The steps of a compression: path of mechanics.compression.Compression; shapes (n_step, n_node, 3) mm.
+
+    mesh: in the last of them.
+    """
 
     path: pd.DataFrame
     shapes: np.ndarray
-
-    def __bool__(self) -> bool:
-        """Whether there are steps: not where the compression was refused."""
-        return len(self.path) > 0
+    mesh: TetMesh
 
     @classmethod
-    def of(cls, found: Compression) -> "Way":
-        """Of a compression."""
-        return cls(found.path, np.array([stage.x for stage in found.stages]))
+    def of(cls, mesh: TetMesh, found: Compression) -> "LoadPath":
+        """Of a compression of a mesh."""
+        return cls(found.path, np.array([stage.x for stage in found.stages]), mesh.moved_to(found.points))
 
     @staticmethod
     def names(count: int) -> list[str]:
@@ -131,7 +104,7 @@ class Way:
         """The shapes by their names."""
         return dict(zip(self.names(len(self.shapes)), self.shapes, strict=True))
 
-    def begun(self, paddle: Paddle, control: Control) -> tuple[Begun, ...]:
+    def begun(self, paddle: Paddle, control: Control) -> tuple[WarmStart, ...]:
         """Its stages that a paddle can begin with: one that yields, of less than half the force."""
         path = self.path
         if paddle != Rigid():
@@ -140,13 +113,13 @@ class Way:
             )
             path = path[below]
         steps = zip(path.readout_mm, path.penalty_kpa_per_mm, self.shapes)
-        return tuple(Begun(float(thickness), float(penalty), x) for thickness, penalty, x in steps)
+        return tuple(WarmStart(float(thickness), float(penalty), x) for thickness, penalty, x in steps)
 
 
-class Until(Protocol):
+class StoppingCriterion(Protocol):
     """When a paddle stops."""
 
-    def press(self, scene: Scene, paddle: Paddle) -> Compression:
+    def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
         """The breast where it stops. Raises MechanicsError (or EquilibriumError) where it cannot."""
         ...
 
@@ -157,15 +130,15 @@ class ThicknessShare:
 
     share: float
 
-    def press(self, scene: Scene, paddle: Paddle) -> Compression:
-        """See Until."""
-        goal = self.share * scene.thickness_mm
-        if goal < scene.smallest_mm:
+    def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
+        """See StoppingCriterion."""
+        goal = self.share * setup.thickness_mm
+        if goal < setup.smallest_mm:
             raise MechanicsError(
-                f"{goal:g} mm are less than compression.smallest_mm = {scene.smallest_mm:g}, the least "
+                f"{goal:g} mm are less than compression.smallest_mm = {setup.smallest_mm:g}, the least "
                 "that a strategy may press to: raise its thickness_share"
             )
-        return scene.pressed(paddle, Thickness(goal))
+        return setup.pressed(paddle, Thickness(goal))
 
 
 @dataclass(frozen=True)
@@ -174,10 +147,10 @@ class ForceShare:
 
     share: float
 
-    def press(self, scene: Scene, paddle: Paddle) -> Compression:
-        """See Until."""
-        newton = self.share * float(scene.standard_path().force_n.iloc[-1])
-        return scene.pressed(paddle, Force(newton, scene.smallest_mm, FORCE_TOLERANCE))
+    def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
+        """See StoppingCriterion."""
+        newton = self.share * float(setup.standard_path().force_n.iloc[-1])
+        return setup.pressed(paddle, Force(newton, setup.smallest_mm, FORCE_TOLERANCE))
 
 
 @dataclass(frozen=True)
@@ -186,9 +159,9 @@ class ForceNewton:
 
     newton: float
 
-    def press(self, scene: Scene, paddle: Paddle) -> Compression:
-        """See Until."""
-        return scene.pressed(paddle, Force(self.newton, scene.smallest_mm, FORCE_TOLERANCE))
+    def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
+        """See StoppingCriterion."""
+        return setup.pressed(paddle, Force(self.newton, setup.smallest_mm, FORCE_TOLERANCE))
 
 
 @dataclass(frozen=True)
@@ -197,32 +170,32 @@ class MeanPressure:
 
     kpa: Mapping[str, float]
 
-    def press(self, scene: Scene, paddle: Paddle) -> Compression:
-        """See Until; by the secant between two steps of the standard's path, or of one that goes on.
+    def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
+        """See StoppingCriterion; by the secant between two steps of the standard's path, or of a longer one.
 
         Where the pressure jumps past the one asked for, the breast is that right behind the jump.
         """
-        if scene.moduli not in self.kpa:
+        if setup.moduli not in self.kpa:
             known = ", ".join(self.kpa)
-            raise MechanicsError(f"no pressure_kpa is stated for {scene.moduli!r} moduli, only for: {known}")
-        goal = self.kpa[scene.moduli]
-        low, high = self._bracket(scene, paddle, goal)
+            raise MechanicsError(f"no pressure_kpa is stated for {setup.moduli!r} moduli, only for: {known}")
+        goal = self.kpa[setup.moduli]
+        low, high = self._bracket(setup, paddle, goal)
         while True:
             share = np.clip((goal - low[1]) / (high[1] - low[1]), 0.1, 0.9)
-            found = scene.pressed(paddle, Thickness(low[0] + share * (high[0] - low[0])))
+            found = setup.pressed(paddle, Thickness(low[0] + share * (high[0] - low[0])))
             last = found.path.iloc[-1]
             here = (float(last.readout_mm), float(last.mean_pressure_kpa))
             if abs(here[1] / goal - 1) <= PRESSURE_TOLERANCE:
                 return found
             low, high = (here, high) if here[1] < goal else (low, here)
             if low[0] - high[0] < JUMP_MM:
-                return found if here == high else scene.pressed(paddle, Thickness(high[0]))
+                return found if here == high else setup.pressed(paddle, Thickness(high[0]))
 
-    def _bracket(self, scene: Scene, paddle: Paddle, goal: float) -> tuple[Step, Step]:
+    def _bracket(self, setup: PressSetup, paddle: Paddle, goal: float) -> tuple[Step, Step]:
         """The last two steps between which the mean pressure rises above the goal."""
-        path = scene.standard_path()
+        path = setup.standard_path()
         if path.mean_pressure_kpa.max() < goal:
-            path = scene.pressed(paddle, Thickness(scene.smallest_mm)).path
+            path = setup.pressed(paddle, Thickness(setup.smallest_mm)).path
         p = path.mean_pressure_kpa.to_numpy()
         rises = np.flatnonzero((p[:-1] < goal) & (p[1:] >= goal))
         if len(rises) == 0:
@@ -237,7 +210,7 @@ class MeanPressure:
         return before, after
 
 
-UNTIL: Mapping[str, Callable[[Any], Until]] = {
+UNTIL: Mapping[str, Callable[[Any], StoppingCriterion]] = {
     "thickness_share": ThicknessShare,
     "force_share": ForceShare,
     "force_n": ForceNewton,
@@ -250,7 +223,7 @@ class Strategy:
     """A paddle, and when it stops."""
 
     paddle: Paddle
-    until: Until
+    until: StoppingCriterion
 
     @classmethod
     def of(cls, values: Mapping[str, Mapping[str, Any]]) -> "Strategy":
@@ -268,6 +241,6 @@ class Strategy:
             paddle = PADDLES[name](**parameters)
         return cls(paddle, UNTIL[until](when))
 
-    def press(self, scene: Scene) -> Compression:
+    def press(self, setup: PressSetup) -> Compression:
         """The breast where the paddle stops. Raises MechanicsError, or EquilibriumError, where it cannot."""
-        return self.until.press(scene, self.paddle)
+        return self.until.press(setup, self.paddle)

@@ -1,11 +1,11 @@
 """How thick a pressed breast is at every place between the plates: what an X-ray has to go through."""
 
-import numba
 import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import SUBTRIANGLES, TetMesh
+from mammosim.io.compiled import njit
 from mammosim.mechanics.paddles import Plates
 
 COLUMNS = ["outward_mm", "across_mm", "thickness_mm"]
@@ -33,7 +33,7 @@ def thickness_map(mesh: TetMesh, plates: Plates, *, pixel_mm: float = 2.0) -> pd
     )
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _extent(triangles, u, v):  # type: ignore[no-untyped-def]
     """The least and greatest third coordinate (n_u, n_v) of triangles (n, 3, 3) over the places u, v."""
     low, high = np.full((len(u), len(v)), np.inf), np.full((len(u), len(v)), -np.inf)

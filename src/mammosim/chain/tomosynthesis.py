@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.image_chain import Taken
+from mammosim.chain.image_chain import Acquisition
 from mammosim.chain.mammogram import RING_MM, View, scatter_behind, xray_phantom
 from mammosim.chain.phantom import healthy
 from mammosim.core.errors import XrayError
@@ -102,8 +102,8 @@ class Arc:
         phantom, share, found = xray_phantom(labels), mas / self.system.views, []
         for geometry, angle in zip(self.geometries, self.system.angles_deg):
             seen = between(scatter, angle, geometry.detector) if scatter else None
-            taken = Taken(geometry, self.middle_mm, self.settings)
-            view = View(taken, self.spectrum, 0.0, self.effects, seen)
+            taken = Acquisition(geometry, self.middle_mm, self.settings)
+            view = View(taken, self.spectrum, self.effects, seen)
             image = primary(phantom, geometry, self.spectrum, response=view.chain.response)
             pixel = geometry.detector.pixel_mm
             shot = expose(

@@ -1,5 +1,7 @@
 """One family of exceptions. Each message names the value, its limits and the next step."""
 
+from typing import Any
+
 import numpy as np
 
 
@@ -40,7 +42,12 @@ class EquilibriumError(MechanicsError):
     """
 
     def __init__(
-        self, message: str, *, history: tuple = (), load_factor: float = 0.0, mode: np.ndarray | None = None
+        self,
+        message: str,
+        *,
+        history: tuple[Any, ...] = (),
+        load_factor: float = 0.0,
+        mode: np.ndarray | None = None,
     ) -> None:
         super().__init__(message)
         self.history = history

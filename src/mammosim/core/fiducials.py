@@ -38,4 +38,5 @@ class Fiducials:
         """One point (3,). Raises FiducialError when the list has no such name."""
         if name not in self.names:
             raise FiducialError(f"no fiducial {name!r}; the list has: {', '.join(self.names)}")
-        return self.points[self.names.index(name)]
+        x: np.ndarray = self.points[self.names.index(name)]
+        return x

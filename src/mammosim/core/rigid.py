@@ -18,7 +18,8 @@ class RigidTransform:
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Moved points (n, 3)."""
-        return points @ self.R.T + self.t
+        y: np.ndarray = points @ self.R.T + self.t
+        return y
 
     def inverse(self) -> "RigidTransform":
         """x = R^T (y - t)."""
@@ -43,4 +44,5 @@ def rotation(angles_deg: np.ndarray) -> np.ndarray:
     Rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     Ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     Rz = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return Rz @ Ry @ Rx
+    R: np.ndarray = Rz @ Ry @ Rx
+    return R

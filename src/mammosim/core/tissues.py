@@ -72,12 +72,14 @@ class CellTissues:
     @property
     def shear_modulus_kpa(self) -> np.ndarray:
         """mu = E / (2 (1 + nu))."""
-        return self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
+        mu: np.ndarray = self.youngs_modulus_kpa / (2 * (1 + self.poisson_ratio))
+        return mu
 
     @property
     def bulk_modulus_kpa(self) -> np.ndarray:
         """k = E / (3 (1 - 2 nu))."""
-        return self.youngs_modulus_kpa / (3 * (1 - 2 * self.poisson_ratio))
+        k: np.ndarray = self.youngs_modulus_kpa / (3 * (1 - 2 * self.poisson_ratio))
+        return k
 
 
 Tissues = Mapping[Label, Tissue] | CellTissues

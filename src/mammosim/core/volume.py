@@ -27,11 +27,13 @@ class Grid:
 
     def points(self, indices: np.ndarray) -> np.ndarray:
         """Patient coordinates (n, 3) of continuous indices (n, 3) in array order (k, j, i)."""
-        return self.origin + (indices[:, ::-1] * self.spacing) @ self.direction.T
+        x: np.ndarray = self.origin + (indices[:, ::-1] * self.spacing) @ self.direction.T
+        return x
 
     def indices(self, points: np.ndarray) -> np.ndarray:
         """Continuous array indices (n, 3) in order (k, j, i) of patient points (n, 3)."""
-        return (((points - self.origin) @ self.direction) / self.spacing)[:, ::-1]
+        kji: np.ndarray = (((points - self.origin) @ self.direction) / self.spacing)[:, ::-1]
+        return kji
 
     def centres(self) -> np.ndarray:
         """Patient coordinates (nz * ny * nx, 3) of all voxel centres, in array order."""
@@ -39,7 +41,8 @@ class Grid:
             np.arange(n)[:, None] * step
             for n, step in zip(self.shape, (self.direction * self.spacing).T[::-1])
         )
-        return (self.origin + (z[:, None, None] + (y[:, None] + x))).reshape(-1, 3)
+        centres: np.ndarray = (self.origin + (z[:, None, None] + (y[:, None] + x))).reshape(-1, 3)
+        return centres
 
     @property
     def voxel_volume(self) -> float:

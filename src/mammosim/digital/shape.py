@@ -1,7 +1,8 @@
 """Signed distances of simple bodies: negative inside, with a gradient of length 1 on the surface."""
 
 import numpy as np
-from numba import njit, prange
+
+from mammosim.io.compiled import njit, prange
 
 
 def ellipsoid_distance(points: np.ndarray, centre: np.ndarray, axes: np.ndarray, r: np.ndarray) -> np.ndarray:

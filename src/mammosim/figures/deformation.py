@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.outlines import draw_outlines
 from mammosim.figures.style import QUIET, SERIES, new_figure, series_colour, styled
@@ -119,8 +120,11 @@ def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
     """Residual of each iteration towards the stress-free shape: a panel per volunteer, a line per method.
 
     table: rows of mechanics.unloaded.UnloadingStep with volunteer and method; the largest distance is drawn.
+    Raises MissingResult where no method that iterates has any.
     """
     rows = table.dropna(subset=["max_mm"])
+    if rows.empty:
+        raise MissingResult("no method that iterates found a stress-free shape; their table says why")
     women, methods = sorted(rows.volunteer.unique()), list(dict.fromkeys(rows.method))
     figure = new_figure(3.2)
     axes = figure.subplots(1, len(women), squeeze=False, sharey=True)[0]

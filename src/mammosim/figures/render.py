@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from numba import njit
+
+from mammosim.io.compiled import njit
 
 # Light from over the viewer's left shoulder: towards the light, in (right, up, viewer).
 LIGHT = np.array([-0.45, 0.6, 0.66])

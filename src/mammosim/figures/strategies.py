@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.render import Camera, render
 from mammosim.figures.style import (
@@ -209,8 +210,10 @@ def amounts(table: pd.DataFrame) -> Figure:
     """How much tissue and skin lies above the marks of each measure: a bar per strategy, a row per breast.
 
     table: rows of chain.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
-    measure's marks is darker. A colour per set of moduli.
+    measure's marks is darker. A colour per set of moduli. Raises MissingResult where nothing was pressed.
     """
+    if table.empty:
+        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
     shown = table[table.tissue.isin(["all", "skin"])]
     measures, breasts = (
         list(dict.fromkeys(shown.measure)),

@@ -51,6 +51,14 @@ def read_those_there(paths: Iterable[str | Path]) -> pd.DataFrame:
     return pd.concat(found, ignore_index=True)
 
 
+def read_if_there(path: str | Path) -> pd.DataFrame:
+    """As read_table, without rows and columns where the result is missing."""
+    try:
+        return read_table(path)
+    except MissingResult:
+        return pd.DataFrame()
+
+
 def read_commented(path: str | Path) -> pd.DataFrame:
     """As read_table, of a table whose first lines begin with `#` and say where it comes from."""
     with Path(path).open(encoding="utf-8") as lines:

@@ -32,4 +32,5 @@ def accelerated(recent: Sequence[Tried]) -> np.ndarray:
     dX = np.diff([tried.X.ravel() for tried in recent], axis=0).T
     dU = np.diff([tried.u.ravel() for tried in recent], axis=0).T
     gamma, *_ = np.linalg.lstsq(dU, u.ravel())
-    return u - ((dX + dU) @ gamma).reshape(u.shape)
+    step: np.ndarray = u - ((dX + dU) @ gamma).reshape(u.shape)
+    return step

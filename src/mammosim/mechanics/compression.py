@@ -13,7 +13,6 @@ from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.balance import energy_imbalance
-from mammosim.mechanics.begun import Begun
 from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
@@ -31,6 +30,7 @@ from mammosim.mechanics.press import Press
 from mammosim.mechanics.press_path import force_n, path_table
 from mammosim.mechanics.soundness import faces_of, require_well_posed
 from mammosim.mechanics.stage import PressSettings, Stage, default_penalty
+from mammosim.mechanics.warm_start import WarmStart
 
 __all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 
@@ -98,7 +98,7 @@ def continued(
     *,
     plates: Plates,
     control: Control,
-    begun: Sequence[Begun],
+    begun: Sequence[WarmStart],
     settings: PressSettings | None = None,
 ) -> Compression:
     """As compress, from a way that another compression of the same body went, by a rigid paddle.

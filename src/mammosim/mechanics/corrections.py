@@ -29,7 +29,8 @@ class PulledBack(Nodal):
 
     def __call__(self, guess: Guess) -> np.ndarray:
         """u (n_node, 3) mm."""
-        return -np.einsum("nij,nj->ni", nodal_inverses(guess.mesh, guess.x), guess.d)
+        u: np.ndarray = -np.einsum("nij,nj->ni", nodal_inverses(guess.mesh, guess.x), guess.d)
+        return u
 
 
 @dataclass(frozen=True)

@@ -28,4 +28,5 @@ def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> 
     with system_of(Potential((bulk,)), held) as system:
         K = system.potential.tangent(mesh.points, system.pattern)
         force = -(K.to_csr() @ u.ravel())[system.rows.free]
-        return u + system.spread(system.solver.solve(K, force, _ACCURACY))
+        least: np.ndarray = u + system.spread(system.solver.solve(K, force, _ACCURACY))
+        return least

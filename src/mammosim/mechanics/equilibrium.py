@@ -23,6 +23,16 @@ from mammosim.mechanics.newton import Iteration, System, is_stable
 from mammosim.mechanics.potential import Potential
 from mammosim.mechanics.soundness import require_well_posed
 
+__all__ = [
+    "LARGEST_IMBALANCE",
+    "Equilibrium",
+    "Iteration",
+    "Settings",
+    "equilibrium",
+    "held_nodes",
+    "solve",
+]
+
 # Quadrature of the work follows contact and wrinkling to 1e-4; a gradient that is wrong leaves its own size.
 LARGEST_IMBALANCE = 1e-2
 _KIB_PER_MB = 1e6 / 1024

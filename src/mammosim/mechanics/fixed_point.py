@@ -108,7 +108,8 @@ class FixedPoint:
         return float(self._distances(guess).max())
 
     def _distances(self, guess: Guess) -> np.ndarray:
-        return np.linalg.norm(guess.d[self.correction.driven(self.measured)], axis=1)
+        distances: np.ndarray = np.linalg.norm(guess.d[self.correction.driven(self.measured)], axis=1)
+        return distances
 
     def _first(self, X: np.ndarray) -> Guess:
         try:

@@ -44,7 +44,8 @@ class PlateModes:
         ss, tt, st = second[..., 0, 0], second[..., 1, 1], second[..., 0, 1]
 
         def form(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-            return np.einsum("q,qi,qj->ij", area, a, b)
+            integral: np.ndarray = np.einsum("q,qi,qj->ij", area, a, b)
+            return integral
 
         K = form(ss + tt, ss + tt) - (1 - poisson) * (form(ss, tt) + form(tt, ss) - 2 * form(st, st))
         _, vectors = eigh(rigidity * K, form(w, w))
@@ -133,7 +134,8 @@ def _largest(vectors: np.ndarray, half_sizes: tuple[float, float]) -> np.ndarray
     grid = np.linspace(-1.0, 1.0, 41)
     y = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2) * half_sizes
     w = _products(y, half_sizes)[0] @ vectors
-    return w[np.abs(w).argmax(axis=0), np.arange(w.shape[1])]
+    largest: np.ndarray = w[np.abs(w).argmax(axis=0), np.arange(w.shape[1])]
+    return largest
 
 
 def _products(y: np.ndarray, half_sizes: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -95,7 +95,8 @@ class Linearised:
         if largest == 0.0:
             return np.zeros_like(V)
         h = _DIFFERENCE_MM / largest
-        return (self.measured.forces(self.X + h * V, self.load_factor) - self.R) / h
+        JV: np.ndarray = (self.measured.forces(self.X + h * V, self.load_factor) - self.R) / h
+        return JV
 
     def solved(self, b: np.ndarray, accuracy: float) -> np.ndarray:
         """V (n_node, 3) with J V = b (n_node, 3) at the free nodes, zero at the held ones.
@@ -107,7 +108,8 @@ class Linearised:
         first = -solver.solve(self.K, b, _PRECONDITIONER_ACCURACY)
 
         def J(v: np.ndarray) -> np.ndarray:
-            return self.along(self.system.spread(v)).ravel()[free]
+            Jv: np.ndarray = self.along(self.system.spread(v)).ravel()[free]
+            return Jv
 
         def M(r: np.ndarray) -> np.ndarray:
             return -solver.again(r, _PRECONDITIONER_ACCURACY)

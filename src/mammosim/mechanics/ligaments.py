@@ -31,7 +31,8 @@ def faces_between(mesh: TetMesh, tissue: Label) -> np.ndarray:
         np.sort(faces[:, :3], axis=1), axis=0, return_inverse=True, return_counts=True
     )
     of_tissue = np.bincount(number.ravel()[inside], minlength=len(count))
-    return faces[inside & ((of_tissue == 1) & (count == 2))[number.ravel()]]
+    between: np.ndarray = faces[inside & ((of_tissue == 1) & (count == 2))[number.ravel()]]
+    return between
 
 
 def deep_faces(mesh: TetMesh) -> np.ndarray:
@@ -56,7 +57,8 @@ def ligament_directions(mesh: TetMesh) -> np.ndarray:
         mesh.points, mesh.cells[~muscle, :4], deep_faces(mesh)[:, :3], faces_of(mesh, "skin")[:, :3]
     )
     lengths = np.linalg.norm(gradient, axis=1, keepdims=True)
-    return np.divide(gradient, lengths, out=np.zeros_like(gradient), where=lengths > 0)
+    a: np.ndarray = np.divide(gradient, lengths, out=np.zeros_like(gradient), where=lengths > 0)
+    return a
 
 
 def _harmonic_slopes(points: np.ndarray, cells: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -73,7 +75,8 @@ def _harmonic_slopes(points: np.ndarray, cells: np.ndarray, low: np.ndarray, hig
     free = ~at_low & ~at_high
     phi = np.where(at_high & ~at_low, 1.0, 0.0)
     phi[free] = spsolve(K[free][:, free].tocsc(), -K[free][:, ~free] @ phi[~free])
-    return np.einsum("eia,ea->ei", slopes, phi[number])
+    gradient: np.ndarray = np.einsum("eia,ea->ei", slopes, phi[number])
+    return gradient
 
 
 def ligament_pairs(mesh: TetMesh, *, spacing_mm: float) -> np.ndarray:

@@ -35,4 +35,5 @@ def mixed_modulus(f: np.ndarray, E: np.ndarray, muscle: np.ndarray) -> np.ndarra
     E_V, C_R = soft @ E[~muscle], soft @ (1 / E[~muscle])
     # In shares of the cell E_V and 1 / E_R carry one factor b each, so that b / E_b = b sqrt(C_R / E_V).
     compliance = b * np.sqrt(np.divide(C_R, E_V, out=np.zeros_like(b), where=b > 0))
-    return 1 / (compliance + f[:, muscle] @ (1 / E[muscle]))
+    mixed: np.ndarray = 1 / (compliance + f[:, muscle] @ (1 / E[muscle]))
+    return mixed

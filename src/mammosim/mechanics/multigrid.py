@@ -8,12 +8,12 @@ on the number of threads.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy import sparse
 
 from mammosim.core.mesh import EDGES
 from mammosim.core.rng import generator
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.linear import SymmetricSolver
 from mammosim.mechanics.pattern import Pattern, Tangent, UpperRows, upper_rows
 from mammosim.mechanics.smoother import Scaling, Smoother, row_times, scaled_residual, unscaled_correction
@@ -175,10 +175,12 @@ class VCycle:
         return unscaled_correction(self._scaling.inverse, z)
 
 
-@numba.njit(cache=True, parallel=True)
-def _times(row_start, columns, blocks, free, x):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _times(
+    row_start: np.ndarray, columns: np.ndarray, blocks: np.ndarray, free: np.ndarray, x: np.ndarray
+) -> np.ndarray:
     y = np.empty_like(x)
-    for i in numba.prange(x.shape[0]):
+    for i in prange(x.shape[0]):
         s0, s1, s2 = row_times(i, row_start, columns, blocks, x)
         y[i, 0] = s0 * free[i, 0]
         y[i, 1] = s1 * free[i, 1]
@@ -186,11 +188,19 @@ def _times(row_start, columns, blocks, free, x):  # type: ignore[no-untyped-def]
     return y
 
 
-@numba.njit(cache=True, parallel=True)
-def _galerkin(K, parents, child_start, children, row_start_c, columns_c, coarse):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _galerkin(
+    K: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    parents: np.ndarray,
+    child_start: np.ndarray,
+    children: np.ndarray,
+    row_start_c: np.ndarray,
+    columns_c: np.ndarray,
+    coarse: np.ndarray,
+) -> None:
     """coarse = P^T K P, the blocks (a, b) with b >= a; P is 1 at a vertex and 1/2 at its mid-edges."""
     row_start, columns, blocks, free = K
-    for a in numba.prange(len(row_start_c) - 1):
+    for a in prange(len(row_start_c) - 1):
         row = columns_c[row_start_c[a] : row_start_c[a + 1]]
         for t in range(child_start[a], child_start[a + 1]):
             i = children[t]
@@ -207,11 +217,13 @@ def _galerkin(K, parents, child_start, children, row_start_c, columns_c, coarse)
                                 coarse[q, c, d] += w * free[i, c] * free[j, d] * blocks[p, c, d]
 
 
-@numba.njit(cache=True, parallel=True)
-def _restrict(child_start, children, parents, L, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _restrict(
+    child_start: np.ndarray, children: np.ndarray, parents: np.ndarray, L: np.ndarray, r: np.ndarray
+) -> np.ndarray:
     """P^T L r."""
     y = np.zeros((len(child_start) - 1, 3), dtype=np.float32)
-    for a in numba.prange(y.shape[0]):
+    for a in prange(y.shape[0]):
         for t in range(child_start[a], child_start[a + 1]):
             i = children[t]
             w = 1.0 if parents[i, 0] == parents[i, 1] else 0.5
@@ -220,11 +232,11 @@ def _restrict(child_start, children, parents, L, r):  # type: ignore[no-untyped-
     return y
 
 
-@numba.njit(cache=True, parallel=True)
-def _prolong(parents, L, y):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _prolong(parents: np.ndarray, L: np.ndarray, y: np.ndarray) -> np.ndarray:
     """L^T P y."""
     x = np.empty((parents.shape[0], 3), dtype=np.float32)
-    for i in numba.prange(x.shape[0]):
+    for i in prange(x.shape[0]):
         u0 = 0.5 * (y[parents[i, 0], 0] + y[parents[i, 1], 0])
         u1 = 0.5 * (y[parents[i, 0], 1] + y[parents[i, 1], 1])
         u2 = 0.5 * (y[parents[i, 0], 2] + y[parents[i, 1], 2])

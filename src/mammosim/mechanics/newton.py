@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
+from mammosim.mechanics.direct import TangentSolver
 from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.pattern import Pattern, UpperRows, pattern_of, upper_rows
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.solvers import TangentSolver, tangent_solver
+from mammosim.mechanics.solvers import tangent_solver
 
 # Residuals are not measured against less than this, the weight of 0.1 g: without load, forces are rounding.
 SMALLEST_FORCE_MN = 1.0
@@ -85,7 +86,8 @@ class System:
 
     def free_gradient(self, x: np.ndarray) -> np.ndarray:
         """dPi/dx of the free degrees of freedom (n_free,), mN."""
-        return self.potential.gradient(x).ravel()[self.rows.free]
+        g: np.ndarray = self.potential.gradient(x).ravel()[self.rows.free]
+        return g
 
     def relative_residual(self, x: np.ndarray) -> float:
         """Norm of the free forces relative to the largest of any effect, at least SMALLEST_FORCE_MN."""

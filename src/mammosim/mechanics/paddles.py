@@ -111,7 +111,8 @@ class Tilting:
 
     def rise(self, y: np.ndarray, half_sizes: np.ndarray, q: np.ndarray) -> np.ndarray:
         """The plane through the hinge."""
-        return np.tan(q[0]) * (self.hinge * half_sizes[0] - y[:, 0])
+        rise: np.ndarray = np.tan(q[0]) * (self.hinge * half_sizes[0] - y[:, 0])
+        return rise
 
     def tilt_deg(self, q: np.ndarray) -> float:
         """The angle."""

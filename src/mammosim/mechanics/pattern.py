@@ -10,11 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numba
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU
+
+from mammosim.io.compiled import njit, prange
 
 # Elements whose tangents are in memory at the same time; 1.8 MB of quadratic tetrahedra.
 BATCH = 256
@@ -129,7 +130,8 @@ class Tangent:
         """The diagonal (n_node, 3) by nodes, without the constraint."""
         rows = np.repeat(np.arange(self.pattern.n_node), np.diff(self.pattern.row_start))
         middle = np.flatnonzero(self.pattern.columns == rows)
-        return np.einsum("nii->ni", self.blocks[middle])[self.pattern.number]
+        diagonal: np.ndarray = np.einsum("nii->ni", self.blocks[middle])[self.pattern.number]
+        return diagonal
 
     def add(self, connectivity: np.ndarray, Ke: np.ndarray) -> None:
         """K += the element tangents Ke (n_element, m, m, 3, 3) of elements (n_element, m)."""
@@ -186,7 +188,8 @@ class UpperRows:
 
     def values(self, K: Tangent) -> np.ndarray:
         """The values of the rows' entries, (n_entry,)."""
-        return K.blocks.reshape(-1)[self._rows[2]]
+        values: np.ndarray = K.blocks.reshape(-1)[self._rows[2]]
+        return values
 
 
 def upper_rows(pattern: Pattern, held: np.ndarray) -> UpperRows:
@@ -215,19 +218,19 @@ def add_to_nodes(connectivity: np.ndarray, ge: np.ndarray, g: np.ndarray) -> Non
     _add_to_nodes(connectivity, ge, g)
 
 
-@numba.njit(cache=True)
-def _add_to_nodes(connectivity, ge, g):  # type: ignore[no-untyped-def]
+@njit(cache=True)
+def _add_to_nodes(connectivity: np.ndarray, ge: np.ndarray, g: np.ndarray) -> None:
     for e in range(connectivity.shape[0]):
         for a in range(connectivity.shape[1]):
             for i in range(3):
                 g[connectivity[e, a], i] += ge[e, a, i]
 
 
-@numba.njit(cache=True, parallel=True)
-def _positions(row_start, columns, connectivity):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _positions(row_start: np.ndarray, columns: np.ndarray, connectivity: np.ndarray) -> np.ndarray:
     n_element, m = connectivity.shape
     where = np.empty((n_element, m, m), dtype=np.int32)
-    for e in numba.prange(n_element):
+    for e in prange(n_element):
         for a in range(m):
             low = row_start[connectivity[e, a]]
             row = columns[low : row_start[connectivity[e, a] + 1]]
@@ -236,10 +239,12 @@ def _positions(row_start, columns, connectivity):  # type: ignore[no-untyped-def
     return where
 
 
-@numba.njit(cache=True, parallel=True)
-def _gather(order, start, target, Ke, blocks):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _gather(
+    order: np.ndarray, start: np.ndarray, target: np.ndarray, Ke: np.ndarray, blocks: np.ndarray
+) -> None:
     """blocks (n_block, 9) at the targets += the sums of their entries of Ke (n_entry, 9)."""
-    for s in numba.prange(len(target)):
+    for s in prange(len(target)):
         a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = a8 = 0.0
         for t in range(np.uint64(start[s]), np.uint64(start[s + 1])):
             e = np.uint64(order[t])
@@ -264,8 +269,10 @@ def _gather(order, start, target, Ke, blocks):  # type: ignore[no-untyped-def]
         blocks[p, 8] += a8
 
 
-@numba.njit(cache=True)
-def _upper(row_start, columns, number):  # type: ignore[no-untyped-def]
+@njit(cache=True)
+def _upper(
+    row_start: np.ndarray, columns: np.ndarray, number: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     n_free = number.max() + 1
     counts = np.zeros(n_free + 1, dtype=np.int32)
     for a in range(number.shape[0]):

@@ -7,10 +7,10 @@ Cells may be straight or curved: gradients are computed at every quadrature poin
 from dataclasses import dataclass
 from itertools import product
 
-import numba
 import numpy as np
 
 from mammosim.core.mesh import EDGES
+from mammosim.io.compiled import njit, prange
 
 TRIANGLE_EDGES = ((0, 1), (1, 2), (2, 0))
 
@@ -58,7 +58,7 @@ def smallest_jacobians(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     value, the answer is exact. Other cells are sampled on a lattice of eighths of their edges.
     """
     bernstein = _jacobians_at(points, cells, _CUBIC) @ _TO_BERNSTEIN.T
-    corners = bernstein[:, :4].min(axis=1)
+    corners: np.ndarray = bernstein[:, :4].min(axis=1)
     unsure = np.flatnonzero(bernstein.min(axis=1) < corners)
     corners[unsure] = _jacobians_at(points, cells[unsure], _EIGHTHS).min(axis=1)
     return corners
@@ -68,11 +68,12 @@ def _jacobians_at(points: np.ndarray, cells: np.ndarray, L: np.ndarray) -> np.nd
     """det dX/dxi (n_cell, n_point) at barycentric points L (n_point, 4)."""
     dN = shape_gradients(L, EDGES)
     a, b, c = (np.einsum("eai,qa->ieq", points[cells], dN[..., j], optimize=True) for j in range(3))
-    return (
+    det: np.ndarray = (
         a[0] * (b[1] * c[2] - b[2] * c[1])
         + a[1] * (b[2] * c[0] - b[0] * c[2])
         + a[2] * (b[0] * c[1] - b[1] * c[0])
     )
+    return det
 
 
 def _lattice(n: int) -> np.ndarray:
@@ -85,7 +86,8 @@ def _bernstein(L: np.ndarray, lattice: np.ndarray) -> np.ndarray:
     """The cubic Bernstein polynomials 3!/(i! j! k! l!) L^(i, j, k, l), lattice (n_b, 4), L (n_point, 4)."""
     powers = np.rint(3 * lattice)
     weights = 6 / np.prod(np.where(powers > 1, powers * np.maximum(powers - 1, 1), 1.0), axis=1)
-    return weights * np.prod(L[:, None, :] ** powers, axis=2)
+    B: np.ndarray = weights * np.prod(L[:, None, :] ** powers, axis=2)
+    return B
 
 
 _CUBIC, _EIGHTHS = _lattice(3), _lattice(8)
@@ -98,12 +100,14 @@ def cell_quadrature(points: np.ndarray, cells: np.ndarray) -> CellQuadrature:
     return CellQuadrature(*_gradients_and_volumes(points, cells, dN, TETRAHEDRON_WEIGHTS))
 
 
-@numba.njit(cache=True, parallel=True, error_model="numpy")
-def _gradients_and_volumes(points, cells, dN, weights):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True, error_model="numpy")
+def _gradients_and_volumes(
+    points: np.ndarray, cells: np.ndarray, dN: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """dN_a/dX = dN_a/dxi A^-1 and w det A with A = dX/dxi = sum_a X_a (x) dN_a/dxi, by cofactors."""
     n_cell, n_q = len(cells), len(weights)
     gradients, volumes = np.empty((n_cell, n_q, 10, 3)), np.empty((n_cell, n_q))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         A, C = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             A[:] = 0.0

@@ -16,7 +16,8 @@ SIDES = ("left", "right")
 
 def is_left(mesh: TetMesh, elements: np.ndarray, middle_mm: float) -> np.ndarray:
     """Which elements (n, m), cells or faces, lie to the left (x > middle_mm by the mean of their nodes)."""
-    return mesh.points[elements, 0].mean(axis=1) > middle_mm
+    left: np.ndarray = mesh.points[elements, 0].mean(axis=1) > middle_mm
+    return left
 
 
 def sided_body(

@@ -7,9 +7,9 @@ Tuminaro (2003). Rows and columns that are held are zero. Every row is summed in
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.pattern import Pattern, Tangent
 
 # The polynomial acts on eigenvalues of A from top / SPAN to top; top is above the largest one by MARGIN.
@@ -95,16 +95,18 @@ def dot(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sum(_row_products(a, b)))
 
 
-@numba.njit(cache=True, parallel=True)
-def _row_products(a, b):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _row_products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     s = np.empty(a.shape[0])
-    for i in numba.prange(a.shape[0]):
+    for i in prange(a.shape[0]):
         s[i] = np.float64(a[i, 0]) * b[i, 0] + np.float64(a[i, 1]) * b[i, 1] + np.float64(a[i, 2]) * b[i, 2]
     return s
 
 
-@numba.njit(cache=True, inline="always")
-def row_times(i, row_start, columns, blocks, x):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def row_times(
+    i: int, row_start: np.ndarray, columns: np.ndarray, blocks: np.ndarray, x: np.ndarray
+) -> tuple[float, float, float]:
     """Row i of the matrix times x, in the precision of both."""
     s0 = s1 = s2 = x.dtype.type(0)
     for p in range(np.uint64(row_start[i]), np.uint64(row_start[i + 1])):
@@ -116,21 +118,32 @@ def row_times(i, row_start, columns, blocks, x):  # type: ignore[no-untyped-def]
     return s0, s1, s2
 
 
-@numba.njit(cache=True, parallel=True)
-def _subtract_times(row_start, columns, blocks, x, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _subtract_times(
+    row_start: np.ndarray, columns: np.ndarray, blocks: np.ndarray, x: np.ndarray, r: np.ndarray
+) -> None:
     """r -= A x."""
-    for i in numba.prange(x.shape[0]):
+    for i in prange(x.shape[0]):
         s0, s1, s2 = row_times(i, row_start, columns, blocks, x)
         r[i, 0] -= s0
         r[i, 1] -= s1
         r[i, 2] -= s2
 
 
-@numba.njit(cache=True, parallel=True)
-def _chebyshev(row_start, columns, blocks, p, r, z, a, b):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _chebyshev(
+    row_start: np.ndarray,
+    columns: np.ndarray,
+    blocks: np.ndarray,
+    p: np.ndarray,
+    r: np.ndarray,
+    z: np.ndarray,
+    a: np.float32,
+    b: np.float32,
+) -> np.ndarray:
     """z += p, r -= A p; returns a p + b r."""
     following = np.empty_like(p)
-    for i in numba.prange(p.shape[0]):
+    for i in prange(p.shape[0]):
         s0, s1, s2 = row_times(i, row_start, columns, blocks, p)
         r[i, 0] -= s0
         r[i, 1] -= s1
@@ -141,11 +154,18 @@ def _chebyshev(row_start, columns, blocks, p, r, z, a, b):  # type: ignore[no-un
     return following
 
 
-@numba.njit(cache=True, parallel=True)
-def _cholesky(row_start, columns, blocks, free, L, inverse):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _cholesky(
+    row_start: np.ndarray,
+    columns: np.ndarray,
+    blocks: np.ndarray,
+    free: np.ndarray,
+    L: np.ndarray,
+    inverse: np.ndarray,
+) -> np.ndarray:
     """L and L^-1 of the diagonal blocks, zero where held; returns (n_node,) which are not definite."""
     bad = np.zeros(free.shape[0], dtype=np.bool_)
-    for i in numba.prange(free.shape[0]):
+    for i in prange(free.shape[0]):
         p = row_start[i] + np.searchsorted(columns[row_start[i] : row_start[i + 1]], i)
         D = np.eye(3)
         for c in range(3):
@@ -175,10 +195,12 @@ def _cholesky(row_start, columns, blocks, free, L, inverse):  # type: ignore[no-
     return bad
 
 
-@numba.njit(cache=True, parallel=True)
-def _scale(row_start, columns, blocks, inverse, scaled):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _scale(
+    row_start: np.ndarray, columns: np.ndarray, blocks: np.ndarray, inverse: np.ndarray, scaled: np.ndarray
+) -> None:
     """scaled_ij = L_i^-1 K_ij L_j^-T."""
-    for i in numba.prange(len(row_start) - 1):
+    for i in prange(len(row_start) - 1):
         half = np.empty((3, 3))
         for p in range(row_start[i], row_start[i + 1]):
             j = columns[p]
@@ -196,21 +218,21 @@ def _scale(row_start, columns, blocks, inverse, scaled):  # type: ignore[no-unty
                     scaled[p, c, d] = s
 
 
-@numba.njit(cache=True, parallel=True)
-def scaled_residual(inverse, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def scaled_residual(inverse: np.ndarray, r: np.ndarray) -> np.ndarray:
     """L^-1 r, float32."""
     s = np.empty(r.shape, dtype=np.float32)
-    for i in numba.prange(r.shape[0]):
+    for i in prange(r.shape[0]):
         for c in range(3):
             s[i, c] = inverse[i, c, 0] * r[i, 0] + inverse[i, c, 1] * r[i, 1] + inverse[i, c, 2] * r[i, 2]
     return s
 
 
-@numba.njit(cache=True, parallel=True)
-def unscaled_correction(inverse, z):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def unscaled_correction(inverse: np.ndarray, z: np.ndarray) -> np.ndarray:
     """L^-T z, float64."""
     s = np.empty(z.shape)
-    for i in numba.prange(z.shape[0]):
+    for i in prange(z.shape[0]):
         for c in range(3):
             s[i, c] = inverse[i, 0, c] * z[i, 0] + inverse[i, 1, c] * z[i, 1] + inverse[i, 2, c] * z[i, 2]
     return s

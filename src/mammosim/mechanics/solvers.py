@@ -96,7 +96,7 @@ class MultigridSolver:
         self.iterations += iterations
         if x is None:
             raise _TooManySteps
-        step = x.ravel()[self._rows.entries]
+        step = self._free(x)
         if not np.sum(step * b) > 0:
             raise IndefiniteTangent(1)
         return step
@@ -116,7 +116,7 @@ class MultigridSolver:
         p, rz = np.zeros_like(r), np.inf
         for _ in range(MAX_ITERATIONS):
             if dot(r, r) <= enough:
-                return x.ravel()[self._rows.entries]
+                return self._free(x)
             p, rz = self._next_direction(r, p, rz)
             Kp = self._cycle.times(p)
             pKp = dot(p, Kp)
@@ -124,7 +124,7 @@ class MultigridSolver:
                 if not semidefinite:
                     raise IndefiniteTangent(1)
                 if x.any():
-                    return x.ravel()[self._rows.entries]
+                    return self._free(x)
                 break
             x += (rz / pKp) * p
             r -= (rz / pKp) * Kp
@@ -194,11 +194,16 @@ class MultigridSolver:
         r[self._rows.entries] = b
         return r.reshape(self._held.shape)
 
+    def _free(self, x: np.ndarray) -> np.ndarray:
+        """The free entries (n_free,) of x (n_node, 3), which is in the order of the rows of K."""
+        free: np.ndarray = x.ravel()[self._rows.entries]
+        return free
+
     def preconditioned(self, r: np.ndarray) -> np.ndarray:
         """See TangentSolver."""
         if self._direct is not None:
             return self._direct.preconditioned(r)
-        return self._cycle(self._spread(r)).ravel()[self._rows.entries]
+        return self._free(self._cycle(self._spread(r)))
 
     @property
     def memory_mb(self) -> float:

@@ -24,7 +24,8 @@ class CellStrain:
     @property
     def logarithmic(self) -> np.ndarray:
         """Ascending principal values (n_cell, 3) of Hencky's strain ln U = ln(2 E + 1) / 2, U^2 = F^T F."""
-        return np.log1p(2 * self.principal) / 2
+        H: np.ndarray = np.log1p(2 * self.principal) / 2
+        return H
 
 
 def cell_strain(mesh: TetMesh, x: np.ndarray) -> CellStrain:

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from mammosim.core.errors import MeshError
+from mammosim.io.compiled import njit
 from mammosim.meshing.lattice import dot
 
 SHORT, LONG = 4 / 5, 4 / 3

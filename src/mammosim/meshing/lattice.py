@@ -8,7 +8,8 @@ that differences of lattice points, and the products of two of these, are exact.
 """
 
 import numpy as np
-from numba import njit
+
+from mammosim.io.compiled import njit
 
 # Coordinates of surfaces, and edge lengths: 1/2000 of the smallest element, 1e10 times their last bits.
 POINT_MM = 2.0**-10

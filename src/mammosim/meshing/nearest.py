@@ -1,9 +1,9 @@
 """The nearest point of a triangle surface."""
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
+from mammosim.io.compiled import njit
 from mammosim.meshing.lattice import dot
 
 # Of triangles whose squared distances differ by less than this factor the first counts as the nearest, so

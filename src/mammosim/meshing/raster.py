@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import EDGES, TetMesh
 from mammosim.core.volume import Grid
+from mammosim.io.compiled import njit, prange
 
 # A voxel centre on a face shared by two elements must not fall between them; relative to the element.
 ON_FACE = 1e-7

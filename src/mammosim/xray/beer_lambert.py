@@ -1,7 +1,8 @@
 """What passes along rays of known lengths: sum_E w exp(-sum_m mu_m(E) L_m), many rays and energies."""
 
 import numpy as np
-from numba import njit
+
+from mammosim.io.compiled import njit
 
 LOG2_E = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10  # their sum is ln 2

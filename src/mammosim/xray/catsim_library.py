@@ -137,7 +137,7 @@ def _library() -> ctypes.CDLL:
     found = find_spec("gecatsim")
     path = Path(found.origin or "").parent / "lib" / "libcatsim.so" if found else Path()
     if not path.is_file():
-        raise XrayError("gecatsim is not installed; install mammosim[catsim] on Linux")
+        raise XrayError("gecatsim is not installed; install mammosim[peers] on Linux")
     library = ctypes.CDLL(str(path))
     number, bytes_, whole = POINTER(c_float), ndpointer(np.uint8), POINTER(c_int)
     library.set_material_info_vox.argtypes = [c_int, c_int, ARRAY]

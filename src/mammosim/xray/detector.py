@@ -50,7 +50,8 @@ def on_pixels(values: np.ndarray, cells: Detector, pixels: Detector) -> np.ndarr
     rows, columns = np.indices(pixels.shape)
     s, t = cells.along(pixels.origin)
     at = np.stack([rows * pixels.pixel_mm + t, columns * pixels.pixel_mm + s]) / cells.pixel_mm - 0.5
-    return map_coordinates(values, at, order=1, mode="nearest")
+    fine: np.ndarray = map_coordinates(values, at, order=1, mode="nearest")
+    return fine
 
 
 def expose(

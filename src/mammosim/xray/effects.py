@@ -180,7 +180,7 @@ def poisson_at(z: np.ndarray, mean: np.ndarray) -> np.ndarray:
     """
     few = mean < FEW
     root = np.sqrt(np.where(few, 1.0, mean))
-    number = mean + root * z + (z**2 - 1) / 6 + (z - z**3) / (72 * root)
+    number: np.ndarray = mean + root * z + (z**2 - 1) / 6 + (z - z**3) / (72 * root)
     number[few] = np.where(mean[few] > 0, poisson.ppf(ndtr(z[few]), np.maximum(mean[few], 1e-12)), 0.0)
     return number
 
@@ -322,4 +322,5 @@ def _photons(effects: Iterable[Effect], shot: Shot) -> Shot:
 
 def _filtered(image: np.ndarray, T: np.ndarray) -> np.ndarray:
     """An image times T (nv, nu) at k/(2 n pixel), mirrored at its borders: what the cosine transform does."""
-    return idctn(dctn(image) * T)
+    filtered: np.ndarray = idctn(dctn(image) * T)
+    return filtered

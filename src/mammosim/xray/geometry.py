@@ -42,7 +42,8 @@ class Detector:
     @property
     def corner(self) -> np.ndarray:
         """Outer corner (3,) of pixel [0, 0]."""
-        return self.origin - self.pixel_mm / 2 * (self.u + self.v)
+        corner: np.ndarray = self.origin - self.pixel_mm / 2 * (self.u + self.v)
+        return corner
 
     @property
     def size_mm(self) -> tuple[float, float]:
@@ -105,7 +106,8 @@ class Geometry:
         d, s = self.detector, self.source
         height = (s - points) @ d.normal
         t = np.where(height > 0, self.source_height_mm / np.where(height > 0, height, 1), np.nan)
-        return (s + (points - s) * t[:, None] - d.corner) @ np.array([d.u, d.v]).T
+        st: np.ndarray = (s + (points - s) * t[:, None] - d.corner) @ np.array([d.u, d.v]).T
+        return st
 
     def solid_angle(self) -> float:
         """Solid angle in sr of the detector seen from the source (Van Oosterom & Strackee 1983)."""

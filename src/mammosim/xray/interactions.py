@@ -7,7 +7,7 @@ with S and F^2 of a material the means over its atoms (Hubbell et al. 1975, as t
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xraylib
@@ -76,7 +76,7 @@ def place(energy: float) -> tuple[int, float]:
 
 
 @compiled
-def between(table: np.ndarray, row: int, share: float, material: int, process: int) -> float:
+def between(table: np.ndarray, row: int, share: float, material: int, process: int) -> Any:
     """table[:, material, process] between a row and the next."""
     a = table[row, material, process]
     return a + share * (table[row + 1, material, process] - a)
@@ -98,7 +98,7 @@ def incoherent(
 
 
 @compiled
-def coherent(energy: float, material: int, area: np.ndarray, x_step: float, state: np.ndarray) -> float:
+def coherent(energy: float, material: int, area: np.ndarray, x_step: float, state: np.ndarray) -> Any:
     """cos(theta); x^2 is drawn from F^2 below (E/hc)^2 and kept with (1 + cos^2)/2."""
     x2_max = (energy / HC_KEV_ANGSTROM) ** 2
     last = int(math.sqrt(x2_max) / x_step)
@@ -122,7 +122,7 @@ def coherent(energy: float, material: int, area: np.ndarray, x_step: float, stat
 
 
 @compiled
-def at_momentum(table: np.ndarray, material: int, p: float) -> float:
+def at_momentum(table: np.ndarray, material: int, p: float) -> Any:
     """table[material] at x = p x_step."""
     row = int(p)
     return table[material, row] + (p - row) * (table[material, row + 1] - table[material, row])

@@ -6,11 +6,11 @@ The line integral at pixel (r, c) is A V = dz/cos(theta) sum_k V_k(y, x), theta 
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import Grid
+from mammosim.io.compiled import njit
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.slabs import add_sums, add_transposed, taps
 
@@ -37,7 +37,8 @@ class View:
         """A V: line integrals (nv, nu) through slices V (nz, ny, nx), in mm times its unit."""
         p = np.zeros(self.way.shape, V.dtype)
         add_sums(V, self.across, p)
-        return p * self.way.astype(V.dtype)
+        AV: np.ndarray = p * self.way.astype(V.dtype)
+        return AV
 
     def transpose(self, p: np.ndarray) -> np.ndarray:
         """A^T p: (nz, ny, nx) from an image p (nv, nu)."""
@@ -94,7 +95,8 @@ def _cosines(geometry: Geometry) -> np.ndarray:
     d = geometry.detector
     c, h = d.origin - geometry.source, geometry.source_height_mm
     u, v = (c @ e + d.pixel_mm * np.arange(n) for e, n in ((d.u, d.shape[1]), (d.v, d.shape[0])))
-    return h / np.sqrt(h**2 + u**2 + v[:, None] ** 2)
+    cosines: np.ndarray = h / np.sqrt(h**2 + u**2 + v[:, None] ** 2)
+    return cosines
 
 
 def seen_flat(integrals: np.ndarray, geometry: Geometry) -> tuple[np.ndarray, Geometry]:

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from mammosim.io.compiled import njit
 from mammosim.xray.phantom import Phantom
 
 

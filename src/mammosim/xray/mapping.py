@@ -1,8 +1,8 @@
 """Where in the body the energy is given: a map in cells, compiled."""
 
 import numpy as np
-from numba import njit
 
+from mammosim.io.compiled import njit
 from mammosim.xray.emission import Field, Triple, emitted, line, to_detector
 from mammosim.xray.flight import MET, Body, flown
 from mammosim.xray.interactions import Matter, place, turned

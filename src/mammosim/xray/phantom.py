@@ -58,7 +58,8 @@ class Phantom:
     @property
     def high(self) -> np.ndarray:
         """Upper corner (3,) of the grid in (x, y, z), mm."""
-        return self.low + self.grid.spacing * self.grid.shape[::-1]
+        high: np.ndarray = self.low + self.grid.spacing * self.grid.shape[::-1]
+        return high
 
     def volume_mm3(self, index: int) -> float:
         """Volume of the voxels of one material."""

@@ -38,7 +38,8 @@ def line_integrals(signal: np.ndarray, unobstructed: np.ndarray) -> np.ndarray:
     """b = -ln(I/I0) float32 of images with and without a body. Raises XrayError unless both are positive."""
     if signal.shape != unobstructed.shape or not (np.all(signal > 0) and np.all(unobstructed > 0)):
         raise XrayError("images must have the same pixels and be positive everywhere; raise mAs or crop")
-    return -np.log(signal / unobstructed).astype(np.float32)
+    b: np.ndarray = -np.log(signal / unobstructed).astype(np.float32)
+    return b
 
 
 def sart(
@@ -122,7 +123,8 @@ def _ramp_filtered(b: np.ndarray, pixel_mm: float) -> np.ndarray:
 def _inverse(sums: np.ndarray, factor: float) -> np.ndarray:
     """factor/sums float32, zero where no ray comes by."""
     some = sums > 1e-6
-    return np.divide(factor, sums, out=np.zeros_like(sums), where=some).astype(np.float32)
+    inverse: np.ndarray = np.divide(factor, sums, out=np.zeros_like(sums), where=some).astype(np.float32)
+    return inverse
 
 
 def _flattened(

@@ -8,8 +8,8 @@ what its first collision leaves there, on average.
 import math
 
 import numpy as np
-from numba import njit
 
+from mammosim.io.compiled import njit
 from mammosim.xray.emission import Field, emitted, line, to_detector
 from mammosim.xray.flight import MET, Body, crossing, flown, inverse
 from mammosim.xray.interactions import (

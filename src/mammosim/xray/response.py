@@ -9,6 +9,7 @@ electric absorptions sends out a photon of E_K, which escapes with P, averaged o
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xraylib
@@ -46,7 +47,8 @@ class Response:
         """eta (n,): the share of photons of each energy that interact in the layer."""
         # ASSUME: a photon crosses cover and layer straight; coherent scattering in the layer does not matter.
         through = np.exp(-linear_attenuation(self.cover, energies_kev) * self.cover_mm)
-        return through * (1 - np.exp(-self._mu(energies_kev) * self.thickness_mm))
+        eta: np.ndarray = through * (1 - np.exp(-self._mu(energies_kev) * self.thickness_mm))
+        return eta
 
     def moments(self, energies_kev: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """<q> (n,) in keV and <q^2> (n,) in keV2 of photons of each energy, those that pass included."""
@@ -63,13 +65,15 @@ class Response:
     def _mu(self, E: np.ndarray) -> np.ndarray:
         """Of all but coherent scattering, 1/mm."""
         total, coherent = (linear_attenuation(self.absorber, E, process=p) for p in ("total", "coherent"))
-        return total - coherent
+        mu: np.ndarray = total - coherent
+        return mu
 
     def _photoelectric(self, Z: int, E: np.ndarray) -> np.ndarray:
         """The share of absorptions that is photoelectric in the element Z."""
         w = dict(self.absorber.fractions)[Z]
         alone = Material("element", self.absorber.density_g_cm3, ((Z, 1.0),))
-        return w * linear_attenuation(alone, E, process="photoelectric") / self._mu(E)
+        share: np.ndarray = w * linear_attenuation(alone, E, process="photoelectric") / self._mu(E)
+        return share
 
     def _escape(self, E: np.ndarray, E_K: float) -> np.ndarray:
         """P (n,) of a fluorescent photon of E_K, after absorption of photons of E (n,)."""
@@ -77,7 +81,8 @@ class Response:
         s, weight = np.polynomial.legendre.leggauss(DEPTHS)
         z, dz = t * (s + 1) / 2, t / 2 * weight
         leaves = (expn(2, mu_K * z) + expn(2, mu_K * (t - z))) / 2
-        return (mu * np.exp(-mu * z) * leaves) @ dz / (1 - np.exp(-mu[:, 0] * t))
+        P: np.ndarray = (mu * np.exp(-mu * z) * leaves) @ dz / (1 - np.exp(-mu[:, 0] * t))
+        return P
 
 
 def _fluorescence(absorber: Material) -> list[tuple[int, float, float, tuple[tuple[float, float], ...]]]:
@@ -103,9 +108,11 @@ def response_of(detector: str) -> Response:
     )
 
 
-def detector_row(detector: str) -> dict:
+def detector_row(detector: str) -> dict[str, Any]:
     """A row of the table `image_detectors`. Raises XrayError when it has no such detector."""
-    rows = {row["detector"]: row for row in tabulated("image_detectors").to_dict("records")}
+    rows: dict[str, dict[str, Any]] = {
+        row["detector"]: row for row in tabulated("image_detectors").to_dict("records")
+    }
     if detector not in rows:
         raise XrayError(f"unknown detector {detector!r}; choose one of: {', '.join(rows)}")
     return rows[detector]

@@ -15,8 +15,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
+from mammosim.io.compiled import njit, prange
 from mammosim.xray.beer_lambert import passed
 from mammosim.xray.lines import Lines
 
@@ -100,7 +100,9 @@ def row_images(lines: Lines, rows: Rows, samples: int, mu: np.ndarray, weights: 
 
 
 @njit(cache=True)
-def add_shares(lines: Lines, source: np.ndarray, y: float, z: float, q: tuple, steps: np.ndarray) -> None:
+def add_shares(
+    lines: Lines, source: np.ndarray, y: float, z: float, q: tuple[float, float], steps: np.ndarray
+) -> None:
     """Adds to steps (n_material, n_ray + 1) the differences along n of the share of the way in each material.
 
     source (3,), and y, z of the row; q = (q_0, dq > 0) of x(t) = xs + (q_0 + n dq) t, mm. Row 0 is not used.
@@ -138,7 +140,9 @@ def _within(low: float, high: float, d: float, t_in: float, t_out: float) -> tup
 
 
 @njit(cache=True)
-def _add_line(lines: Lines, line: int, part: tuple, xs: float, q: tuple, steps: np.ndarray) -> None:
+def _add_line(
+    lines: Lines, line: int, part: tuple[float, float], xs: float, q: tuple[float, float], steps: np.ndarray
+) -> None:
     """Adds the shares that the rays spend in one line of voxels in the part ta to tb of their way."""
     (ta, tb), (q0, dq) = part, q
     n = steps.shape[1] - 1

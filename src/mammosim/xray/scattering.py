@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from mammosim.io.compiled import njit
 from mammosim.xray.emission import Field, Triple, emitted, line, to_detector
 from mammosim.xray.flight import Body
 from mammosim.xray.interactions import LOWEST_KEV, Matter, between, coherent, incoherent, place, turned

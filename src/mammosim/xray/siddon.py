@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit, prange
+
+from mammosim.io.compiled import njit, prange
 
 
 @njit(cache=True)

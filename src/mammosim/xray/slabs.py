@@ -7,7 +7,8 @@ between voxels, zero outside. Rows and columns separate: along x once per row of
 """
 
 import numpy as np
-from numba import njit, prange
+
+from mammosim.io.compiled import njit, prange
 
 BLOCK = 32  # rows of pixels traced together, so that what they share stays in the cache
 
@@ -50,7 +51,9 @@ def add_sums(volume: np.ndarray, across: np.ndarray, image: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
-def add_transposed(image: np.ndarray, across: np.ndarray, per_voxel: tuple, volume: np.ndarray) -> None:
+def add_transposed(
+    image: np.ndarray, across: np.ndarray, per_voxel: tuple[np.ndarray, np.ndarray], volume: np.ndarray
+) -> None:
     """Adds to volume (nz, ny, nx) per_y[k, j] per_x[k, i] times the transposed sums of image (nv, nu).
 
     per_voxel: (per_y (nz, ny), per_x (nz, nx)).

@@ -90,7 +90,8 @@ def kerma_per_fluence(energies_kev: np.ndarray) -> np.ndarray:
     if not np.all((energies_kev >= E[0]) & (energies_kev <= E[-1])):
         raise XrayError(f"air kerma is tabulated from {E[0]} to {E[-1]} keV; the spectrum goes beyond")
     cm2_g = np.exp(np.interp(np.log(energies_kev), np.log(E), np.log(mu_en)))
-    return energies_kev * J_PER_KEV * cm2_g * MM_PER_CM**2 * G_PER_KG * MGY_PER_GY
+    kerma: np.ndarray = energies_kev * J_PER_KEV * cm2_g * MM_PER_CM**2 * G_PER_KG * MGY_PER_GY
+    return kerma
 
 
 def value_layer(spectrum: Spectrum, *, fraction: float) -> float:

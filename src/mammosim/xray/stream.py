@@ -3,11 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from mammosim.io.compiled import njit
 
 # How all that a photon passes through is compiled: without counting references to arrays (none is made), in
 # one piece, and with fused multiply-adds, it takes half the time: see docs/decisions/xray_transport.md.
-compiled = njit(  # type: ignore[call-overload]
+compiled = njit(
     cache=True, _nrt=False, forceinline=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"}
 )
 

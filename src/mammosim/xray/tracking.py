@@ -1,8 +1,8 @@
 """One photon from the source to its end, compiled."""
 
 import numpy as np
-from numba import njit
 
+from mammosim.io.compiled import njit
 from mammosim.xray.emission import Field, emitted, line, to_detector
 from mammosim.xray.flight import LOST, SEEN, Body, flown
 from mammosim.xray.interactions import LOWEST_KEV, Matter, between, coherent, incoherent, place, turned

@@ -11,7 +11,7 @@ from mammosim.chain.calcifications import (
     patch_behind,
     with_cluster,
 )
-from mammosim.chain.image_chain import Taken
+from mammosim.chain.image_chain import Acquisition
 from mammosim.chain.mammogram import View
 from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
@@ -46,7 +46,7 @@ PLACE = Place(np.array([3.0, -4.0, 40.0]), material("glandular"), material("calc
 
 def patch_of(view, effects):
     """The patch as an image with these effects."""
-    whole = View(Taken(view, 40.0, {"detector": "selenium"}), BEAM, 0.1, effects)
+    whole = View(Acquisition(view, 40.0, {"detector": "selenium"}), BEAM, effects)
     return whole.on(patch_behind(PLACE, view, pixels=40, pixel_mm=PIXEL))
 
 

@@ -1,6 +1,5 @@
 """A configuration that cannot be meant is refused, naming file, key, value, limit and next step."""
 
-import pandas as pd
 import pytest
 import yaml
 
@@ -69,12 +68,12 @@ def test_every_problem_is_reported_at_once(settings, schema):
     assert "xray.peak_kv = 120: must be at most 40" in message
 
 
-def table(**change) -> pd.DataFrame:
+def table(**change) -> list[dict[str, str]]:
     rows = [
         {"volunteer": "a", "position": "prone", "gravity": "0 -1 0"},
         {"volunteer": "a", "position": "supine", "gravity": "0 1 0"},
     ]
-    return pd.DataFrame([rows[0] | change, rows[1]])
+    return [rows[0] | change, rows[1]]
 
 
 @pytest.mark.parametrize(
@@ -106,6 +105,6 @@ def test_a_tissue_without_parameters_is_named():
 def test_a_volunteer_without_thickness_or_without_rows_is_named():
     with pytest.raises(ConfigurationError, match=r"compression\.thickness_mm lacks ada"):
         check_thicknesses({"small": 45.0}, ["small", "ada"])
-    table = pd.DataFrame({"volunteer": ["small", "large"]})
+    table = [{"volunteer": "small"}, {"volunteer": "large"}]
     with pytest.raises(ConfigurationError, match=r"my\.tsv has no row of 'ada', .* rows of: small, large"):
         check_listed(table, ["small", "ada"], file="my.tsv")

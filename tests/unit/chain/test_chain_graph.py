@@ -2,7 +2,7 @@
 
 import pytest
 
-from mammosim.chain.graph import Chain, Product, changed, nested, overridden, pruned, read_by
+from mammosim.chain.graph import Chain, Stage, changed, nested, overridden, pruned, read_by
 from mammosim.core.errors import ConfigurationError, MechanicsError
 
 COUNT: list[str] = []
@@ -21,24 +21,24 @@ def _refuses(inputs):
     raise MechanicsError("it slides away")
 
 
-PRODUCTS = {
-    "length": Product(_counted("length", lambda i: i.setting("size.mm") * i.subject), reads=("size",)),
-    "force": Product(
+STAGES = {
+    "length": Stage(_counted("length", lambda i: i.setting("size.mm") * i.subject), reads=("size",)),
+    "force": Stage(
         _counted("force", lambda i: i["length"] * (2 if i.has("stiff") else 1)), ("length",), (), ("stiff",)
     ),
-    "light": Product(_counted("light", lambda i: i.has("noise")), effects=("noise",)),
-    "refuses": Product(_refuses),
-    "behind": Product(lambda i: i["refuses"], ("refuses",)),
-    "curious": Product(lambda i: i["light"]),
-    "prying": Product(lambda i: i.setting("size.mm")),
-    "sneaking": Product(lambda i: i.has("stiff")),
+    "light": Stage(_counted("light", lambda i: i.has("noise")), effects=("noise",)),
+    "refuses": Stage(_refuses),
+    "behind": Stage(lambda i: i["refuses"], ("refuses",)),
+    "curious": Stage(lambda i: i["light"]),
+    "prying": Stage(lambda i: i.setting("size.mm")),
+    "sneaking": Stage(lambda i: i.has("stiff")),
 }
 
 
 @pytest.fixture
 def chain():
     COUNT.clear()
-    return Chain(3, {"size": {"mm": 2.0}, "other": 1}, frozenset({"stiff"}), PRODUCTS)
+    return Chain(3, {"size": {"mm": 2.0}, "other": 1}, frozenset({"stiff"}), STAGES)
 
 
 def test_a_product_is_made_once_and_shared_by_chains_in_which_nothing_it_reads_differs(chain):
@@ -104,5 +104,5 @@ def test_dotted_names_are_nested_values_and_come_back_by_them():
 
 
 def test_what_is_read_is_named_by_a_product_or_by_what_it_is_made_of(chain):
-    assert read_by(chain.products, ["force"]) == ("size",)
-    assert read_by(chain.products, []) == ()
+    assert read_by(chain.stages, ["force"]) == ("size",)
+    assert read_by(chain.stages, []) == ()

@@ -3,7 +3,7 @@ import pytest
 
 from mammosim.chain.phantom import (
     Lesion,
-    conservation,
+    conservation_table,
     field_box,
     field_grid,
     skin_depth,
@@ -110,7 +110,7 @@ def test_volume_and_mass_are_conserved_from_the_measured_shape_to_the_voxels(blo
     deformed, _ = squeezed(mesh)
     grid = field_grid(deformed, *EVERYWHERE, voxel_mm=0.5)
     phantom = voxel_breast(deformed, mesh.points, segmented, grid=grid, skin_mm=0.0)
-    table = conservation(deformed, mesh.points, segmented, phantom, density_g_cm3=DENSITY)
+    table = conservation_table(deformed, mesh.points, segmented, phantom, density_g_cm3=DENSITY)
     change = table.set_index(["quantity", "tissue", "step"]).relative_change
     # The deformation takes 2 % of every volume. The sample points see the border of the gland to a hundredth.
     assert change["volume_mm3", "all", "deformation"] == pytest.approx(-0.02, abs=1e-9)
@@ -127,7 +127,7 @@ def test_only_the_part_inside_the_field_is_accounted_for(block, segmented):
     low, high = np.full(3, -np.inf), np.array([15.0, np.inf, np.inf])
     grid = field_grid(mesh, low, high, voxel_mm=0.5)
     phantom = voxel_breast(mesh, mesh.points, segmented, grid=grid, skin_mm=0.0)
-    row = conservation(mesh, mesh.points, segmented, phantom, density_g_cm3=DENSITY).iloc[0]
+    row = conservation_table(mesh, mesh.points, segmented, phantom, density_g_cm3=DENSITY).iloc[0]
     # Half of the cube; sample points are 3 mm apart, 30 of them across the cut.
     assert row.before == pytest.approx(30**3 / 2, rel=0.03)
 

@@ -28,6 +28,18 @@ def test_plates_end_before_the_chest_and_are_level_with_the_breast(block):
     np.testing.assert_allclose(np.linalg.det(plates.axes), 1)
 
 
+def test_plates_keep_clear_of_the_skin_of_the_chest_above_and_below_the_breast(block):
+    """A slab 300 mm high whose skin is at y = 0 but for a breast before it: the edge is 1 mm in front."""
+    mesh = block(6, 300.0)
+    x = mesh.points.copy()
+    near = np.abs(x[:, 2] - 150.0) < 60.0
+    x[near & (x[:, 1] < 1.0), 1] -= 60.0
+    plates = craniocaudal_plates(
+        mesh.moved_to(x), np.array([150.0, -60.0, 150.0]), plate_mm=PLATE_MM, chest_gap_mm=10.0
+    )
+    assert plate_facts(plates, 16.0)["chest_y_mm"] == pytest.approx(-1.0)
+
+
 def test_plates_that_reach_no_skin_are_refused(block):
     with pytest.raises(MeshError, match="reduce chest_gap_mm = 50"):
         craniocaudal_plates(block(), np.array([15.0, 0, 15]), plate_mm=PLATE_MM, chest_gap_mm=50.0)

@@ -3,7 +3,7 @@
 import pytest
 
 from mammosim.chain.graph import Chain
-from mammosim.chain.stages import PRODUCTS
+from mammosim.chain.stages import STAGES
 from mammosim.core.labels import Label
 from mammosim.mechanics.body import Fascia, Ligaments, Skin
 from mammosim.xray.quality import Paddle
@@ -34,7 +34,7 @@ SETTINGS = {
 
 
 def chain(*effects):
-    return Chain(None, SETTINGS, frozenset(effects), PRODUCTS)
+    return Chain(None, SETTINGS, frozenset(effects), STAGES)
 
 
 def moduli(*effects):

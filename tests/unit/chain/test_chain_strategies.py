@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from mammosim.chain.configuration import check_settings
-from mammosim.chain.pressed import MEASURED, PATH, pressed, refused
-from mammosim.chain.strategies import MeanPressure, Scene, Strategy, ThicknessShare, Way
+from mammosim.chain.pressed import MEASURED, pressed_breast
+from mammosim.chain.strategies import LoadPath, MeanPressure, PressSetup, Strategy, ThicknessShare
 from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
@@ -23,27 +23,27 @@ STANDARD = {"until": {"thickness_share": 1.0}}
 REDUCED = {"until": {"force_share": 0.5}}
 
 
-def scene_of(mesh, youngs_modulus_kpa: float = 1.0) -> Scene:
+def setup_of(mesh, youngs_modulus_kpa: float = 1.0) -> PressSetup:
     """A cube of 30 mm, held behind, under plates that reach over its front 20 mm."""
     tissue = Tissue(youngs_modulus_kpa, 0.45, 1.0)
     plates = Plates(np.array([15.0, 0.0, 15.0]), AXES, np.array([20.0, 25.0, 6.0]), 5.0)
-    return Scene(mesh, Body({Label.ADIPOSE: tissue}).effects(mesh), plates, "gravity", 24.0, 8.0)
+    return PressSetup(mesh, Body({Label.ADIPOSE: tissue}).effects(mesh), plates, "gravity", 24.0, 8.0)
 
 
 @pytest.fixture(scope="module")
-def scene(block) -> Scene:
-    return scene_of(block(2))
+def setup(block) -> PressSetup:
+    return setup_of(block(2))
 
 
 @pytest.fixture(scope="module")
-def standard(scene):
-    return Strategy.of(STANDARD).press(scene)
+def standard(setup):
+    return Strategy.of(STANDARD).press(setup)
 
 
 @pytest.fixture(scope="module")
-def after(scene, standard) -> Scene:
+def after(setup, standard) -> PressSetup:
     """The same breast once the standard strategy is known."""
-    return replace(scene, standard=Way.of(standard))
+    return replace(setup, standard=LoadPath.of(setup.mesh, standard))
 
 
 @pytest.fixture(scope="module")
@@ -58,16 +58,16 @@ def test_half_the_force_is_half_the_force_and_leaves_more_thickness(standard, re
     assert 24.0 < reduced.path.readout_mm.iloc[-1] < 30.0
 
 
-def test_the_way_of_the_standard_leads_to_where_the_whole_way_does(scene, reduced):
+def test_the_load_path_of_the_standard_leads_to_where_the_whole_path_does(setup, reduced):
     thickness = float(reduced.path.readout_mm.iloc[-1])
-    whole = Strategy.of({"until": {"thickness_share": thickness / 24.0}}).press(scene)
+    whole = Strategy.of({"until": {"thickness_share": thickness / 24.0}}).press(setup)
     # Both are solved to a residual of about 1e-6 of the forces.
     assert np.abs(whole.points - reduced.points).max() < 1e-3
 
 
 def test_a_share_of_the_force_is_the_same_shape_for_moduli_that_are_all_five_times_larger(block, reduced):
-    stiff = scene_of(block(2), 5.0)
-    stiff = replace(stiff, standard=Way.of(Strategy.of(STANDARD).press(stiff)))
+    stiff = setup_of(block(2), 5.0)
+    stiff = replace(stiff, standard=LoadPath.of(stiff.mesh, Strategy.of(STANDARD).press(stiff)))
     found = Strategy.of(REDUCED).press(stiff)
     assert found.path.force_n.iloc[-1] == pytest.approx(5 * reduced.path.force_n.iloc[-1], rel=2e-3)
     assert found.path.readout_mm.iloc[-1] == pytest.approx(reduced.path.readout_mm.iloc[-1], abs=0.02)
@@ -92,13 +92,13 @@ def test_a_pressure_beyond_every_thickness_is_refused_with_the_largest_there_is(
         MeanPressure({"gravity": 50.0}).press(near, Strategy.of(STANDARD).paddle)
 
 
-def test_a_share_of_a_standard_that_was_refused_is_refused(scene):
+def test_a_share_of_a_standard_that_was_not_found_is_not_found(setup):
     with pytest.raises(MechanicsError, match=r"the standard strategy.*found no equilibrium"):
-        Strategy.of(REDUCED).press(scene)
+        Strategy.of(REDUCED).press(setup)
 
 
-def test_a_rigid_paddle_leaves_one_thickness_and_balances(scene, standard):
-    row = pressed(scene, standard, THRESHOLDS).row
+def test_a_rigid_paddle_leaves_one_thickness_and_balances(setup, standard):
+    row = pressed_breast(setup, standard, THRESHOLDS).row
     assert set(row) == {*MEASURED, "outcome"}
     assert row["thickness_min_mm"] == row["thickness_max_mm"] == row["plates_mm"] == 24.0
     assert row["imbalance_percent"] < 0.01
@@ -108,22 +108,10 @@ def test_a_rigid_paddle_leaves_one_thickness_and_balances(scene, standard):
 
 def test_a_paddle_on_a_hinge_leaves_a_wedge_whose_volume_is_counted(after):
     soft = Strategy(Tilting(20.0), Strategy.of(STANDARD).until)
-    made = pressed(after, soft.press(after), THRESHOLDS)
+    made = pressed_breast(after, soft.press(after), THRESHOLDS)
     assert made.row["thickness_max_mm"] - made.row["thickness_min_mm"] > 0.1
     assert made.plates["paddle_z_mm"] - made.plates["support_z_mm"] > made.row["plates_mm"]
     assert made.amounts.amount.iloc[0] == pytest.approx(27.0)  # cm3 above nothing
-
-
-def test_a_refused_strategy_is_a_row_that_says_why(scene):
-    made = refused(scene.mesh, "refused: too hard")
-    assert made.row["outcome"] == "refused: too hard"
-    assert np.isnan(made.row["force_n"])
-    assert np.isnan(made.points).all()
-    assert list(made.path.columns) == list(PATH)
-
-
-def test_the_path_of_a_refused_strategy_has_the_columns_of_any_other(standard):
-    assert set(PATH) <= set(standard.path.columns)
 
 
 def test_an_unknown_end_or_paddle_is_answered_with_the_known_ones():
@@ -133,14 +121,16 @@ def test_an_unknown_end_or_paddle_is_answered_with_the_known_ones():
         Strategy.of({"until": {"force_n": 50.0}, "paddle": {"soft": {}}})
 
 
-def test_what_is_told_of_the_strategies(scene, standard, reduced):
+def test_what_is_told_of_the_strategies(setup, standard, reduced):
     rows = [
         {"volunteer": "a", "side": "left", "strategy": name, "moduli": "gravity"}
-        | dict(pressed(scene, found, THRESHOLDS).row)
+        | dict(pressed_breast(setup, found, THRESHOLDS).row)
         for name, found in (("standard", standard), ("reduced", reduced))
     ]
     stiff = [row | {"moduli": "compression", "force_n": 5 * row["force_n"]} for row in rows]
-    none = [rows[0] | dict(refused(scene.mesh, "refused: -").row) | {"strategy": "tilted"}]
+    none = [
+        {"volunteer": "a", "side": "left", "strategy": "tilted", "moduli": "gravity", "outcome": "missing: -"}
+    ]
     told = numbers_of_strategies(pd.DataFrame(rows + stiff + none))
     assert told["moduli_force_ratio"] == pytest.approx(5)
     assert told["reduced_thicker_percent"] == pytest.approx(100 * (reduced.path.readout_mm.iloc[-1] / 24 - 1))
@@ -178,24 +168,24 @@ def test_a_strategy_that_cannot_be_meant_is_refused_with_advice(schema, values, 
     assert "mine" in str(error.value)
 
 
-def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(scene, after, standard):
+def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(setup, after, standard):
     newton = float(standard.path.force_n.iloc[-1])
     hinged = Strategy.of(
         {"paddle": {"tilting": {"stiffness_n_mm_per_rad": 50.0}}, "until": {"force_n": newton}}
     )
-    short, whole = hinged.press(after), hinged.press(scene)
+    short, whole = hinged.press(after), hinged.press(setup)
     assert len(short.path) < len(whole.path)
     # Both meet the force within 1e-3 of it; the stiffness of the block is above force over thickness.
     assert np.abs(short.points - whole.points).max() < 1e-3 * 30.0
     assert short.path.tilt_deg.iloc[-1] == pytest.approx(whole.path.tilt_deg.iloc[-1], rel=5e-3)
 
 
-def test_no_strategy_presses_further_than_is_allowed(scene):
+def test_no_strategy_presses_further_than_is_allowed(setup):
     with pytest.raises(MechanicsError, match=r"2\.4 mm are less than compression\.smallest_mm = 20"):
-        ThicknessShare(0.1).press(replace(scene, thickness_mm=24.0, smallest_mm=20.0), Rigid())
+        ThicknessShare(0.1).press(replace(setup, thickness_mm=24.0, smallest_mm=20.0), Rigid())
 
 
-def test_a_state_in_which_the_paddle_does_not_touch_is_no_compression(scene, standard):
+def test_a_state_in_which_the_paddle_does_not_touch_is_no_compression(setup, standard):
     apart = replace(standard, path=standard.path.assign(force_n=0.0))
     with pytest.raises(MechanicsError, match=r"24\.0 mm above the support the paddle does not touch"):
-        pressed(scene, apart, THRESHOLDS)
+        pressed_breast(setup, apart, THRESHOLDS)

@@ -2,7 +2,8 @@
 
 import pandas as pd
 
-from mammosim.study.jobs.completeness import missing_results, told, told_briefly
+from mammosim.study.jobs.completeness import missing_results, told
+from mammosim.study.jobs.last_words import told_briefly
 
 JOB = {"volunteer": "large", "side": "left", "strategy": "squash", "moduli": "gravity"}
 
@@ -15,25 +16,16 @@ def test_each_reason_is_named_once_with_what_lacks_it():
     assert "One result could not be had" in told(found)
 
 
-def test_a_compression_without_equilibrium_is_missing_with_what_follows_from_it():
-    why = "compress large left squash gravity: never 5000 N"
-    tables = {
-        "compression": pd.DataFrame([{**JOB, "outcome": "refused: never 5000 N"}]),
-        "image": pd.DataFrame([{**JOB, "outcome": f"missing: {why}"}]),
-    }
-    assert missing_results(tables, {}).values.tolist() == [[why, "compression, image", ""]]
-
-
 def test_a_complete_study_says_so():
     found = missing_results({"image": pd.DataFrame({"dose_mgy": [1.0]})}, {"sweep": None})
     assert found.empty
     assert told(found) == "Every result that was asked for is there."
-    assert told_briefly(found) == ""
+    assert told_briefly(list(found.reason)) == ""
 
 
 def test_a_terminal_ends_with_few_short_lines():
     gone = pd.DataFrame({"outcome": [f"missing: mesh {n}: {'open ' * 100}" for n in range(30)]})
-    lines = told_briefly(missing_results({"image": gone}, {})).splitlines()
+    lines = told_briefly(list(missing_results({"image": gone}, {}).reason)).splitlines()
     assert lines[0] == "30 results could not be had:"
     assert lines[1].startswith("  mesh 0: open")
     assert lines[-2] == "  and 22 more"

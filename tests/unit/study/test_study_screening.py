@@ -61,6 +61,16 @@ def test_what_matters_to_the_model_that_is_left_comes_back():
     assert set(joint.tried) == {"together", "added"}
 
 
+def test_an_effect_that_is_added_back_is_judged_by_its_own_part_and_not_by_the_joint_one():
+    def acts_when_added(effects, reference):
+        """Small moves the answer by 0.4 where neither middle nor tiny act: between the two parts."""
+        acts = ["small" in each and not {"middle", "tiny"} & each for each in (effects, reference)]
+        return Answer({"q": 0.4 if acts[0] != acts[1] else 0.01}, seconds=1)
+
+    assert "small" in kept(acts_when_added, part=0.25, joint_part=0.5, pairs=0)
+    assert "small" not in kept(acts_when_added, part=0.45, joint_part=0.5, pairs=0)
+
+
 def test_added_to_what_is_left_an_effect_of_an_additive_model_does_what_leaving_it_out_does():
     table = screening(additive).tables()[0].set_index("effect")
     assert table.change_added["small"] == table.change["small"]

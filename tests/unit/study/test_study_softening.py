@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.chain.graph import Chain, Product
+from mammosim.chain.graph import Chain, Stage
 from mammosim.core.errors import MechanicsError
 from mammosim.study.identification.softening import fitted_tissues, numbers, rows, scaled
 
@@ -56,12 +56,12 @@ def _pressed(inputs):
 
 
 SPRING = {
-    "stress_free": Product(lambda i: 1.0, reads=("tissues",)),
-    "mesh": Product(lambda i: 0.0),
-    "pressed": Product(_pressed, ("stress_free",), ("tissues", "load")),
-    "exposure": Product(lambda i: i["pressed"].row["plates_mm"], ("pressed",)),
-    "dose": Product(lambda i: SimpleNamespace(mgy_per_mas=2.0), ("pressed",)),
-    "loaded": Product(lambda i: np.array([0.0, 0.0, 9 / _stiffness(i)]), ("stress_free",), ("tissues",)),
+    "stress_free": Stage(lambda i: 1.0, reads=("tissues",)),
+    "mesh": Stage(lambda i: 0.0),
+    "pressed": Stage(_pressed, ("stress_free",), ("tissues", "load")),
+    "exposure": Stage(lambda i: i["pressed"].row["plates_mm"], ("pressed",)),
+    "exposed_dose": Stage(lambda i: SimpleNamespace(dose_mgy=2.0 * i["exposure"]), ("exposure",)),
+    "loaded": Stage(lambda i: np.array([0.0, 0.0, 9 / _stiffness(i)]), ("stress_free",), ("tissues",)),
 }
 
 
@@ -74,6 +74,7 @@ def today(monkeypatch):
         SimpleNamespace(of=lambda c: c["loaded"], change=lambda a, b: np.linalg.norm(a - b)),
     )
     load = {"position": "upright", "thickness_mm": 50.0, "strategy": {"until": {"thickness_share": 1.0}}}
+    load["tissues"] = ASSUMED
     return Chain(None, {"tissues": ASSUMED, "load": load}, frozenset(), SPRING)
 
 

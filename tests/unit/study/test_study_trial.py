@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mammosim.chain.graph import Product
+from mammosim.chain.graph import Chain, Stage
 from mammosim.core.errors import MechanicsError
 from mammosim.study.accuracy import trial
 from mammosim.study.accuracy.knobs import Knob
-from mammosim.study.accuracy.trial import Start, Trial, needed, touched
+from mammosim.study.accuracy.trial import Trial, needed, touched
 
 COUNT: list[str] = []
 SETTINGS = {"mesh": {"element_mm": 12.0}, "xray": {"dose_error_percent": 1.0, "energies": 20}}
@@ -19,9 +19,12 @@ REPEATS = {"presses": 1, "others": 3}
 
 @dataclass(frozen=True)
 class Subject:
-    """What a breast is for these products."""
+    """Whose breast it is, with the repeat as its stream."""
 
-    names: tuple = (0,)
+    repeat: int = 0
+
+    def repeated(self, repeat):
+        return Subject(repeat)
 
 
 def _counted(name, make):
@@ -39,34 +42,32 @@ def _pressed(inputs):
 
 
 def _dose(inputs):
-    noise = inputs.subject.names[-1] / 10
+    noise = inputs.subject.repeat / 10
     return SimpleNamespace(
         mgy_per_mas=inputs["pressed"].row["force_n"] + noise * inputs.setting("xray.dose_error_percent")
     )
 
 
-PRODUCTS = {
-    "mesh": Product(_counted("mesh", lambda i: i.setting("mesh.element_mm")), reads=("mesh",)),
-    "pressed": Product(_counted("pressed", _pressed), ("mesh",)),
-    "exposure": Product(
+STAGES = {
+    "mesh": Stage(_counted("mesh", lambda i: i.setting("mesh.element_mm")), reads=("mesh",)),
+    "pressed": Stage(_counted("pressed", _pressed), ("mesh",)),
+    "exposure": Stage(
         _counted("exposure", lambda i: i.setting("xray.energies")), ("pressed",), ("xray.energies",)
     ),
-    "dose": Product(_counted("dose", _dose), ("pressed",), ("xray.dose_error_percent",)),
+    "dose": Stage(_counted("dose", _dose), ("pressed",), ("xray.dose_error_percent",)),
+    "exposed_dose": Stage(
+        lambda i: SimpleNamespace(dose_mgy=i["dose"].mgy_per_mas * i["exposure"]), ("dose", "exposure")
+    ),
 }
 
 
 @pytest.fixture
 def start(monkeypatch):
     COUNT.clear()
-    monkeypatch.setattr(trial, "PRODUCTS", PRODUCTS)
+    monkeypatch.setattr(trial, "STAGES", STAGES)
     pressed = SimpleNamespace(row={"force_n": 145.0})
-    return Start(
-        None,
-        Subject(),
-        SETTINGS,
-        frozenset(),
-        {"mesh": 12.0, "pressed": pressed},
-    )
+    chain = Chain(Subject(), SETTINGS, frozenset(), STAGES)
+    return chain.given({"mesh": 12.0, "pressed": pressed})
 
 
 def _trial(start, setting, values, quantities, *, of, kind="deterministic"):
@@ -76,11 +77,11 @@ def _trial(start, setting, values, quantities, *, of, kind="deterministic"):
 
 
 def test_what_a_setting_changes_is_made_of_it_or_of_what_is(start):
-    assert touched(PRODUCTS, ["mesh.element_mm"]) == {"mesh", "pressed", "exposure", "dose"}
-    assert touched(PRODUCTS, ["mesh"]) == {"mesh", "pressed", "exposure", "dose"}
-    assert touched(PRODUCTS, ["xray.energies"]) == {"exposure"}
+    assert touched(STAGES, ["mesh.element_mm"]) == {"mesh", "pressed", "exposure", "dose", "exposed_dose"}
+    assert touched(STAGES, ["mesh"]) == {"mesh", "pressed", "exposure", "dose", "exposed_dose"}
+    assert touched(STAGES, ["xray.energies"]) == {"exposure", "exposed_dose"}
     assert needed(["force_n"]) == {"mesh", "pressed"}
-    assert needed(["agd_percent"]) == set(PRODUCTS)
+    assert needed(["agd_percent"]) == set(STAGES)
 
 
 def test_what_the_knob_leaves_alone_is_not_made(start):

@@ -63,6 +63,17 @@ def test_the_skin_near_a_cut_does_not_count(body):
     assert skin_errors(body.moved_to(pulled), body)["skin_hausdorff"] < 1e-9
 
 
+def test_the_distance_of_two_skins_is_the_same_both_ways(body):
+    """A spike that only one skin has is as far from the other as the other is from it."""
+    pulled = body.points.copy()
+    tip = np.argmin(np.linalg.norm(pulled - [50.0, 0.0, 50.0], axis=1))
+    pulled[tip, 1] -= 30.0
+    spiked = body.moved_to(pulled)
+    one, other = skin_distances(spiked, body), skin_distances(body, spiked)
+    np.testing.assert_allclose(np.sort(one), np.sort(other))
+    assert one.max() == pytest.approx(30.0)
+
+
 def test_skins_beside_each_other_are_refused(body):
     front = np.all(body.points[body.boundaries["skin"]][..., 1] == 0.0, axis=1)
     body = replace(body, boundaries={"skin": body.boundaries["skin"][front]})

@@ -36,11 +36,13 @@ class Attraction(WithoutVolume):
     @property
     def nodes(self) -> np.ndarray:
         """(n_point, 6) of each point's face."""
-        return self.faces[self.face]
+        nodes: np.ndarray = self.faces[self.face]
+        return nodes
 
     def offsets(self, x: np.ndarray) -> np.ndarray:
         """y - z (n_point, 3) mm."""
-        return np.einsum("pa,pai->pi", self.N, x[self.nodes]) - self.places
+        offsets: np.ndarray = np.einsum("pa,pai->pi", self.N, x[self.nodes]) - self.places
+        return offsets
 
     def energy(self, x: np.ndarray) -> float:
         """E."""
@@ -63,4 +65,5 @@ class Attraction(WithoutVolume):
     def _stiffness(self) -> np.ndarray:
         """s M (n_point, 3, 3)."""
         M = self.normals[:, :, None] * self.normals[:, None, :] + self.across * np.eye(3)
-        return self.stiffness[:, None, None] * M
+        sM: np.ndarray = self.stiffness[:, None, None] * M
+        return sM

@@ -54,7 +54,8 @@ class BentBox:
         """grad d (n, 3) = n_box - (n_box . a) grad w."""
         x, slope, _ = self._straightened(x)
         n = self.box.normal(x)
-        return n - (n @ self.box.axes[:, 2])[:, None] * slope
+        normal: np.ndarray = n - (n @ self.box.axes[:, 2])[:, None] * slope
+        return normal
 
     def hessian(self, x: np.ndarray) -> np.ndarray:
         """d2d/dx2 (n, 3, 3) = B^T H_box B - (n_box . a) d2w/dx2."""
@@ -62,7 +63,8 @@ class BentBox:
         a = self.box.axes[:, 2]
         B = np.eye(3) - a[:, None] * slope[:, None, :]
         along = (self.box.normal(x) @ a)[:, None, None]
-        return np.swapaxes(B, 1, 2) @ self.box.hessian(x) @ B - along * curvature
+        H: np.ndarray = np.swapaxes(B, 1, 2) @ self.box.hessian(x) @ B - along * curvature
+        return H
 
     def material(self, x: np.ndarray) -> np.ndarray:
         """Coordinates (n, 3) in the straight box of points (n, 3)."""
@@ -71,4 +73,5 @@ class BentBox:
     def position(self, y: np.ndarray) -> np.ndarray:
         """Points (n, 3) of coordinates y (n, 3) in the straight box."""
         w, _, _ = self.deflection.at(y[:, :2])
-        return self.box.position(y) + w[:, None] * self.box.axes[:, 2]
+        x: np.ndarray = self.box.position(y) + w[:, None] * self.box.axes[:, 2]
+        return x

@@ -4,14 +4,16 @@ x (n_node, 3); cells (n_cell, 10); dN (n_cell, n_q, 10, 3) 1/mm; dV (n_cell, n_q
 p (n_cell, n_q) kPa. Parallel over the cells, each of which is summed by one thread.
 """
 
-import numba
+from typing import Any
+
 import numpy as np
 
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.effects.pointwise import mirror
 
 
-@numba.njit(cache=True, inline="always")
-def _deformation(x, nodes, dN, F):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _deformation(x: np.ndarray, nodes: np.ndarray, dN: np.ndarray, F: np.ndarray) -> None:
     """F = sum_a x_a (x) dN_a/dX."""
     for i in range(3):
         for j in range(3):
@@ -21,8 +23,8 @@ def _deformation(x, nodes, dN, F):  # type: ignore[no-untyped-def]
             F[i, j] = s
 
 
-@numba.njit(cache=True, inline="always")
-def _cofactor(F, C):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _cofactor(F: np.ndarray, C: np.ndarray) -> Any:
     """C = cof F; returns J."""
     for i in range(3):
         m, n = (i + 1) % 3, (i + 2) % 3
@@ -32,12 +34,12 @@ def _cofactor(F, C):  # type: ignore[no-untyped-def]
     return F[0, 0] * C[0, 0] + F[0, 1] * C[0, 1] + F[0, 2] * C[0, 2]
 
 
-@numba.njit(cache=True, parallel=True)
-def volume_ratios(x, cells, dN):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def volume_ratios(x: np.ndarray, cells: np.ndarray, dN: np.ndarray) -> np.ndarray:
     """J (n_cell, n_q)."""
     n_cell, n_q = dN.shape[:2]
     J = np.empty((n_cell, n_q))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
@@ -45,12 +47,14 @@ def volume_ratios(x, cells, dN):  # type: ignore[no-untyped-def]
     return J
 
 
-@numba.njit(cache=True, parallel=True)
-def volume_gradients(x, cells, dN, dV, N):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def volume_gradients(
+    x: np.ndarray, cells: np.ndarray, dN: np.ndarray, dV: np.ndarray, N: np.ndarray
+) -> np.ndarray:
     """B_va = integral of N_v C dN_a/dX (n_cell, 4, 10, 3) mm2, N (n_q, 4) at the points."""
     n_cell, n_q = dV.shape
     Be = np.zeros((n_cell, N.shape[1], 10, 3))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
@@ -65,12 +69,12 @@ def volume_gradients(x, cells, dN, dV, N):  # type: ignore[no-untyped-def]
     return Be
 
 
-@numba.njit(cache=True, parallel=True)
-def predicted_changes(x, dx, cells, dN):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def predicted_changes(x: np.ndarray, dx: np.ndarray, cells: np.ndarray, dN: np.ndarray) -> np.ndarray:
     """J - 1 + C : grad dx (n_cell, n_q)."""
     n_cell, n_q = dN.shape[:2]
     change = np.empty((n_cell, n_q))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C, dF = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
@@ -79,12 +83,14 @@ def predicted_changes(x, dx, cells, dN):  # type: ignore[no-untyped-def]
     return change
 
 
-@numba.njit(cache=True, parallel=True)
-def energies(x, cells, dN, dV, mu, k):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def energies(
+    x: np.ndarray, cells: np.ndarray, dN: np.ndarray, dV: np.ndarray, mu: np.ndarray, k: np.ndarray
+) -> np.ndarray:
     """The integral of W (n_cell,) uJ, infinite where J <= 0 at a point."""
     n_cell, n_q = dV.shape
     E = np.zeros(n_cell)
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
@@ -98,12 +104,14 @@ def energies(x, cells, dN, dV, mu, k):  # type: ignore[no-untyped-def]
     return E
 
 
-@numba.njit(cache=True, parallel=True)
-def gradients(x, cells, dN, dV, mu, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def gradients(
+    x: np.ndarray, cells: np.ndarray, dN: np.ndarray, dV: np.ndarray, mu: np.ndarray, p: np.ndarray
+) -> np.ndarray:
     """The integral of P dN_a/dX (n_cell, 10, 3) mN under the pressures p (n_cell, n_q) kPa."""
     n_cell, n_q = dV.shape
     ge = np.zeros((n_cell, 10, 3))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
@@ -119,12 +127,20 @@ def gradients(x, cells, dN, dV, mu, p):  # type: ignore[no-untyped-def]
     return ge
 
 
-@numba.njit(cache=True, parallel=True)
-def tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def tangents(
+    x: np.ndarray,
+    cells: np.ndarray,
+    dN: np.ndarray,
+    dV: np.ndarray,
+    mu: np.ndarray,
+    k: np.ndarray,
+    p: np.ndarray,
+) -> np.ndarray:
     """The integral of dN_a/dX . d2W/dF2 . dN_b/dX (n_cell, 10, 10, 3, 3) mN/mm, dp = k dJ."""
     n_cell, n_q = dV.shape
     Ke = np.zeros((n_cell, 10, 10, 3, 3))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C = np.empty((3, 3)), np.empty((3, 3))
         f, c = np.empty((10, 3)), np.empty((10, 3))
         for q in range(n_q):
@@ -166,12 +182,14 @@ def tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-def]
     return Ke
 
 
-@numba.njit(cache=True, parallel=True)
-def indefinite_cells(x, cells, dN, mu, k, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def indefinite_cells(
+    x: np.ndarray, cells: np.ndarray, dN: np.ndarray, mu: np.ndarray, k: np.ndarray, p: np.ndarray
+) -> np.ndarray:
     """(n_cell,) whether d2W/dF2 (9 x 9) has a negative eigenvalue at a point, as a pivot of L D L^T."""
     n_cell, n_q = p.shape
     found = np.zeros(n_cell, dtype=np.bool_)
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C, A = np.empty((3, 3)), np.empty((3, 3)), np.empty((9, 9))
         for q in range(n_q):
             _deformation(x, cells[e], dN[e, q], F)
@@ -187,12 +205,20 @@ def indefinite_cells(x, cells, dN, mu, k, p):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(cache=True, parallel=True)
-def projected_tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def projected_tangents(
+    x: np.ndarray,
+    cells: np.ndarray,
+    dN: np.ndarray,
+    dV: np.ndarray,
+    mu: np.ndarray,
+    k: np.ndarray,
+    p: np.ndarray,
+) -> np.ndarray:
     """As tangents, with the negative eigenvalues of d2W/dF2 (9 x 9) set to zero at each point."""
     n_cell, n_q = dV.shape
     Ke = np.zeros((n_cell, 10, 10, 3, 3))
-    for e in numba.prange(n_cell):
+    for e in prange(n_cell):
         F, C, A = np.empty((3, 3)), np.empty((3, 3)), np.empty((9, 9))
         B = np.zeros((9, 30))
         for q in range(n_q):
@@ -214,8 +240,8 @@ def projected_tangents(x, cells, dN, dV, mu, k, p):  # type: ignore[no-untyped-d
     return Ke
 
 
-@numba.njit(cache=True, inline="always")
-def _second_derivative(F, C, A, mu, k, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _second_derivative(F: np.ndarray, C: np.ndarray, A: np.ndarray, mu: float, k: float, p: float) -> None:
     """A = d2W/dF2 = m 1 + h (F (x) C + C (x) F) + r C (x) C + s d2J/dF2; C becomes cof F."""
     J = _cofactor(F, C)
     I1 = np.sum(F * F)
@@ -230,8 +256,8 @@ def _second_derivative(F, C, A, mu, k, p):  # type: ignore[no-untyped-def]
     _add_cofactor_part(F, A, p - m / (3 * J) * I1)
 
 
-@numba.njit(cache=True, inline="always")
-def _add_cofactor_part(F, A, s):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _add_cofactor_part(F: np.ndarray, A: np.ndarray, s: float) -> None:
     """A += s d2J/dF2, d2J/dF_iA dF_jB = eps_ijk eps_ABC F_kC."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3

@@ -70,7 +70,8 @@ class Buoyancy(WithoutVolume):
 
     def depths(self, x: np.ndarray) -> np.ndarray:
         """d (n_cell, 4) mm of the integration points, positive under water."""
-        return positions(x, self.cells, CELL_SHAPES) @ self.gravity - self.level
+        d: np.ndarray = positions(x, self.cells, CELL_SHAPES) @ self.gravity - self.level
+        return d
 
     def energy(self, x: np.ndarray) -> float:
         """E = gamma integral of psi."""

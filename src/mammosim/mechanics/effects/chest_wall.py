@@ -12,11 +12,11 @@ with the curvature kappa = (a_1 a_2)^-2 (sum e_i^2 / a_i^4)^(-3/2) of the ellips
 
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.effects.contact import Obstacle, RigidContact
 from mammosim.mechanics.reference import face_quadrature
 from mammosim.mechanics.soundness import faces_of
@@ -50,13 +50,15 @@ class EllipticCylinder:
 
     def normal(self, x: np.ndarray) -> np.ndarray:
         """Outward normal grad d (n, 3) at points (n, 3)."""
-        return self._nearest(x)[1] @ self.axes[:, :2].T
+        n: np.ndarray = self._nearest(x)[1] @ self.axes[:, :2].T
+        return n
 
     def hessian(self, x: np.ndarray) -> np.ndarray:
         """d2d/dx2 (n, 3, 3) = kappa / (1 + kappa d) s (x) s."""
         d, n, kappa = self._nearest(x)
         s = np.stack([-n[:, 1], n[:, 0]], axis=1) @ self.axes[:, :2].T
-        return (kappa / (1 + kappa * d))[:, None, None] * s[:, :, None] * s[:, None, :]
+        H: np.ndarray = (kappa / (1 + kappa * d))[:, None, None] * s[:, :, None] * s[:, None, :]
+        return H
 
     def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """d (n,), the normal (n, 2) in the plane of the ellipse, and kappa (n,) at the nearest point."""
@@ -73,8 +75,8 @@ def chest_wall_contact(mesh: TetMesh, wall: Obstacle, *, boundary: str, penalty:
     return RigidContact(faces, face_quadrature(mesh.points, faces).areas, wall, penalty)
 
 
-@numba.njit(cache=True, inline="always")
-def _root(y0, y1, a0, a1):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _root(y0: float, y1: float, a0: float, a1: float) -> float:
     """t of the nearest point: Newton from the left, where the sum exceeds 1, on a convex falling function."""
     t = max(a0 * (y0 - a0), a1 * (y1 - a1))
     for _ in range(_ITERATIONS):
@@ -88,12 +90,12 @@ def _root(y0, y1, a0, a1):  # type: ignore[no-untyped-def]
     return t
 
 
-@numba.njit(cache=True, parallel=True)
-def _nearest(y, a):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _nearest(y: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     n_point = len(y)
     d, normals, kappa = np.empty(n_point), np.empty((n_point, 2)), np.empty(n_point)
     tiny = 1e-12 * min(a[0], a[1])
-    for p in numba.prange(n_point):
+    for p in prange(n_point):
         y0, y1 = max(abs(y[p, 0]), tiny), max(abs(y[p, 1]), tiny)
         t = _root(y0, y1, a[0], a[1])
         m0, m1 = y0 / (t + a[0] ** 2), y1 / (t + a[1] ** 2)  # e_i / a_i^2

@@ -52,7 +52,8 @@ class ContactState:
     def face_pressure(self) -> np.ndarray:
         """The mean pressure (n_face,) kPa of each face over its part in contact."""
         load = np.sum(self.pressure * self.areas, axis=1)
-        return load / np.maximum(self.areas.sum(axis=1), 1e-300)
+        mean: np.ndarray = load / np.maximum(self.areas.sum(axis=1), 1e-300)
+        return mean
 
 
 @dataclass(frozen=True)

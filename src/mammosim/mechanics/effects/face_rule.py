@@ -38,7 +38,10 @@ class FaceRule:
     def areas(self, x: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Area (n_face, n_q) mm2 that each point stands for, of faces (n_face, 6) in x (n_node, 3)."""
         tangents = np.einsum("eai,qaj->eqij", x[faces], self.gradients)
-        return np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * self.weights
+        areas: np.ndarray = (
+            np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * self.weights
+        )
+        return areas
 
 
 SIX_POINTS = FaceRule(TRIANGLE_POINTS, TRIANGLE_WEIGHTS)

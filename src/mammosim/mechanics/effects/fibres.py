@@ -12,12 +12,13 @@ W = k1 e^2 / 2. W is convex in F.
 # ASSUME: fibres see the whole stretch I4, not its isochoric part, so that swelling tissue stretches them too.
 
 from dataclasses import dataclass
+from typing import Any
 
-import numba
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.effects.pointwise import spread
 from mammosim.mechanics.effects.protocol import WithoutVolume
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
@@ -84,8 +85,8 @@ class Fibres(WithoutVolume):
         K.add(self.cells, _tangents(x, self.cells, self.slopes, self.volumes, *k))
 
 
-@numba.njit(cache=True, inline="always")
-def _stretched(x, nodes, slopes, f):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _stretched(x: np.ndarray, nodes: np.ndarray, slopes: np.ndarray, f: np.ndarray) -> Any:
     """f = F a = sum_a x_a (dN_a/dX . a); returns e = <I4 - 1>_+."""
     for i in range(3):
         f[i] = 0.0
@@ -94,11 +95,13 @@ def _stretched(x, nodes, slopes, f):  # type: ignore[no-untyped-def]
     return max(f[0] * f[0] + f[1] * f[1] + f[2] * f[2] - 1.0, 0.0)
 
 
-@numba.njit(cache=True, parallel=True)
-def _energies(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _energies(
+    x: np.ndarray, cells: np.ndarray, slopes: np.ndarray, dV: np.ndarray, k1: float, k2: float
+) -> np.ndarray:
     n_cell, n_q = dV.shape
     energies = np.zeros(n_cell)
-    for c in numba.prange(n_cell):
+    for c in prange(n_cell):
         f = np.empty(3)
         for q in range(n_q):
             e = _stretched(x, cells[c], slopes[c, q], f)
@@ -107,11 +110,13 @@ def _energies(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
     return energies
 
 
-@numba.njit(cache=True, parallel=True)
-def _gradients(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _gradients(
+    x: np.ndarray, cells: np.ndarray, slopes: np.ndarray, dV: np.ndarray, k1: float, k2: float
+) -> np.ndarray:
     n_cell, n_q = dV.shape
     ge = np.zeros((n_cell, 10, 3))
-    for c in numba.prange(n_cell):
+    for c in prange(n_cell):
         f = np.empty(3)
         for q in range(n_q):
             e = _stretched(x, cells[c], slopes[c, q], f)
@@ -122,11 +127,13 @@ def _gradients(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
     return ge
 
 
-@numba.njit(cache=True, parallel=True)
-def _tangents(x, cells, slopes, dV, k1, k2):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _tangents(
+    x: np.ndarray, cells: np.ndarray, slopes: np.ndarray, dV: np.ndarray, k1: float, k2: float
+) -> np.ndarray:
     n_cell, n_q = dV.shape
     Ke = np.empty((n_cell, 10, 10, 3, 3))
-    for c in numba.prange(n_cell):
+    for c in prange(n_cell):
         f, M = np.empty(3), np.zeros((n_q, 3, 3))
         for q in range(n_q):
             e = _stretched(x, cells[c], slopes[c, q], f)

@@ -57,7 +57,8 @@ class CoulombFriction(WithoutVolume):
     def forces(self, x: np.ndarray) -> np.ndarray:
         """(n_face, n_q, 3) mN that the surface exerts on the obstacle: mu lambda F' s / |s|."""
         s, length = self.slips(x)
-        return (self.load * self._over(length))[..., None] * s
+        t: np.ndarray = (self.load * self._over(length))[..., None] * s
+        return t
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += sum of mu lambda F' s / |s| N_a."""

@@ -148,7 +148,10 @@ class MixedNeoHookean:
         p, _ = self.space.pressure(change)
         held = np.zeros_like(change)
         held[self.space.held] = self.space.volumes * change[self.space.held]
-        return self.pointwise.energies(x) + 0.5 * np.sum(held * self.space.at_points(p, len(change)), axis=1)
+        E: np.ndarray = self.pointwise.energies(x) + 0.5 * np.sum(
+            held * self.space.at_points(p, len(change)), axis=1
+        )
+        return E
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += integral of P dN_a/dX, P under both pressures."""

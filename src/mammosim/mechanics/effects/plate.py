@@ -8,10 +8,10 @@ b are the half sizes and r the edge radius: grad d is continuous everywhere outs
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-import numba
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.effects.contact import Obstacle, RigidContact
 
 
@@ -50,11 +50,13 @@ class RoundedBox:
 
     def material(self, x: np.ndarray) -> np.ndarray:
         """Coordinates y (n, 3) = R^T (x - c) along the axes of the box, mm."""
-        return (x - self.centre) @ self.axes
+        y: np.ndarray = (x - self.centre) @ self.axes
+        return y
 
     def position(self, y: np.ndarray) -> np.ndarray:
         """x (n, 3) = c + R y."""
-        return self.centre + y @ self.axes.T
+        x: np.ndarray = self.centre + y @ self.axes.T
+        return x
 
     def moved(self, shift: np.ndarray) -> "RoundedBox":
         """The box shifted by (3,) mm."""
@@ -91,8 +93,10 @@ class RigidPlate(RigidContact):
     obstacle: PlateFace
 
 
-@numba.njit(cache=True, inline="always")
-def _overlap(x, centre, R, inner, y, q):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _overlap(
+    x: np.ndarray, centre: np.ndarray, R: np.ndarray, inner: np.ndarray, y: np.ndarray, q: np.ndarray
+) -> tuple[float, int]:
     """y = R^T (x - c), q = |y| - (b - r); returns |max(q, 0)| and the axis of the largest q."""
     length, axis = 0.0, 0
     for i in range(3):
@@ -104,8 +108,8 @@ def _overlap(x, centre, R, inner, y, q):  # type: ignore[no-untyped-def]
     return np.sqrt(length), axis
 
 
-@numba.njit(cache=True, inline="always")
-def _normal(y, q, n, length, axis):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _normal(y: np.ndarray, q: np.ndarray, n: np.ndarray, length: float, axis: int) -> None:
     """n = grad d in the axes of the box."""
     for i in range(3):
         side = 1.0 if y[i] >= 0 else -1.0
@@ -115,20 +119,22 @@ def _normal(y, q, n, length, axis):  # type: ignore[no-untyped-def]
             n[i] = side if i == axis else 0.0
 
 
-@numba.njit(cache=True, parallel=True)
-def _distances(x, centre, R, inner, radius):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _distances(
+    x: np.ndarray, centre: np.ndarray, R: np.ndarray, inner: np.ndarray, radius: float
+) -> np.ndarray:
     d = np.empty(len(x))
-    for t in numba.prange(len(x)):
+    for t in prange(len(x)):
         y, q = np.empty(3), np.empty(3)
         length, axis = _overlap(x[t], centre, R, inner, y, q)
         d[t] = length + min(q[axis], 0.0) - radius
     return d
 
 
-@numba.njit(cache=True, parallel=True)
-def _normals(x, centre, R, inner):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _normals(x: np.ndarray, centre: np.ndarray, R: np.ndarray, inner: np.ndarray) -> np.ndarray:
     normals = np.empty((len(x), 3))
-    for t in numba.prange(len(x)):
+    for t in prange(len(x)):
         y, q, n = np.empty(3), np.empty(3), np.empty(3)
         length, axis = _overlap(x[t], centre, R, inner, y, q)
         _normal(y, q, n, length, axis)
@@ -137,10 +143,10 @@ def _normals(x, centre, R, inner):  # type: ignore[no-untyped-def]
     return normals
 
 
-@numba.njit(cache=True, parallel=True)
-def _hessians(x, centre, R, inner):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _hessians(x: np.ndarray, centre: np.ndarray, R: np.ndarray, inner: np.ndarray) -> np.ndarray:
     hessians = np.zeros((len(x), 3, 3))
-    for t in numba.prange(len(x)):
+    for t in prange(len(x)):
         y, q, n = np.empty(3), np.empty(3), np.empty(3)
         length, axis = _overlap(x[t], centre, R, inner, y, q)
         if length > 0:

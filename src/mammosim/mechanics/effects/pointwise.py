@@ -3,8 +3,9 @@
 y_q = sum_a N_a(q) x_a;  g_a = sum_q N_a(q) t_q;  K_ab = sum_q N_a(q) N_b(q) M_q
 """
 
-import numba
 import numpy as np
+
+from mammosim.io.compiled import njit, prange
 
 
 def positions(x: np.ndarray, elements: np.ndarray, N: np.ndarray) -> np.ndarray:
@@ -25,11 +26,11 @@ def gathered_stiffness(M: np.ndarray, N: np.ndarray) -> np.ndarray:
     return _gathered_stiffness(M, N)
 
 
-@numba.njit(cache=True, parallel=True)
-def _positions(x, elements, N):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _positions(x: np.ndarray, elements: np.ndarray, N: np.ndarray) -> np.ndarray:
     n_element, n_q = len(elements), len(N)
     y = np.zeros((n_element, n_q, 3))
-    for e in numba.prange(n_element):
+    for e in prange(n_element):
         for q in range(n_q):
             for a in range(elements.shape[1]):
                 for i in range(3):
@@ -37,11 +38,11 @@ def _positions(x, elements, N):  # type: ignore[no-untyped-def]
     return y
 
 
-@numba.njit(cache=True, parallel=True)
-def _gathered_forces(t, N):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _gathered_forces(t: np.ndarray, N: np.ndarray) -> np.ndarray:
     n_element, n_q = t.shape[:2]
     ge = np.zeros((n_element, N.shape[1], 3))
-    for e in numba.prange(n_element):
+    for e in prange(n_element):
         for q in range(n_q):
             for a in range(N.shape[1]):
                 for i in range(3):
@@ -49,8 +50,8 @@ def _gathered_forces(t, N):  # type: ignore[no-untyped-def]
     return ge
 
 
-@numba.njit(cache=True, inline="always")
-def spread(w, M, K):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def spread(w: np.ndarray, M: np.ndarray, K: np.ndarray) -> None:
     """K_ab = sum_q w_qa w_qb M_q with symmetric M_q (3 x 3): each block is symmetric, and K_ba = K_ab."""
     n_q, m = w.shape
     for a in range(m):
@@ -73,11 +74,11 @@ def spread(w, M, K):  # type: ignore[no-untyped-def]
                 K[c, d, 1, 2] = K[c, d, 2, 1] = k12
 
 
-@numba.njit(cache=True, parallel=True)
-def _gathered_stiffness(M, N):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _gathered_stiffness(M: np.ndarray, N: np.ndarray) -> np.ndarray:
     n_element, m = len(M), N.shape[1]
     Ke = np.empty((n_element, m, m, 3, 3))
-    for e in numba.prange(n_element):
+    for e in prange(n_element):
         if np.any(M[e]):
             spread(N, M[e], Ke[e])
         else:
@@ -85,8 +86,8 @@ def _gathered_stiffness(M, N):  # type: ignore[no-untyped-def]
     return Ke
 
 
-@numba.njit(cache=True, inline="always")
-def mirror(K):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def mirror(K: np.ndarray) -> None:
     """Make element tangents symmetric to the last bit: only the upper half was summed."""
     for a in range(K.shape[0]):
         for i in range(3):

@@ -13,10 +13,11 @@ A narrower one wrinkles and costs no more (relaxed energy, Pipkin 1986):
 # ASSUME: skin as a membrane is incompressible (thickness follows from area) and has no weight of its own.
 
 from dataclasses import dataclass
+from typing import Any
 
-import numba
 import numpy as np
 
+from mammosim.io.compiled import njit, prange
 from mammosim.mechanics.effects.pointwise import mirror
 from mammosim.mechanics.effects.protocol import WithoutVolume
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
@@ -52,8 +53,10 @@ class SkinMembrane(WithoutVolume):
         K.add(self.faces, _tangents(x, self.faces, q.gradients, q.areas, self.stiffness))
 
 
-@numba.njit(cache=True, inline="always")
-def _deformation(x, nodes, dN, F, C, M):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _deformation(
+    x: np.ndarray, nodes: np.ndarray, dN: np.ndarray, F: np.ndarray, C: np.ndarray, M: np.ndarray
+) -> Any:
     """F = sum_a x_a (x) dN_a/ds, C = F^T F, M = F adj C; returns det C."""
     for i in range(3):
         for j in range(2):
@@ -70,8 +73,8 @@ def _deformation(x, nodes, dN, F, C, M):  # type: ignore[no-untyped-def]
     return C[0, 0] * C[1, 1] - C[0, 1] * C[0, 1]
 
 
-@numba.njit(cache=True, inline="always")
-def _principal(C, n):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _principal(C: np.ndarray, n: np.ndarray) -> tuple[float, float]:
     """The principal values c1 >= c2 of C, and the direction n of c1."""
     mean, half = (C[0, 0] + C[1, 1]) / 2, (C[0, 0] - C[1, 1]) / 2
     r = np.hypot(half, C[0, 1])
@@ -80,11 +83,13 @@ def _principal(C, n):  # type: ignore[no-untyped-def]
     return mean + r, mean - r
 
 
-@numba.njit(cache=True, parallel=True)
-def _energies(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _energies(
+    x: np.ndarray, faces: np.ndarray, dN: np.ndarray, dA: np.ndarray, stiffness: np.ndarray
+) -> np.ndarray:
     n_face, n_q = dA.shape
     energies = np.zeros(n_face)
-    for e in numba.prange(n_face):
+    for e in prange(n_face):
         F, C, M, n = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty(2)
         for q in range(n_q):
             d = _deformation(x, faces[e], dN[e, q], F, C, M)
@@ -97,11 +102,13 @@ def _energies(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
     return energies
 
 
-@numba.njit(cache=True, parallel=True)
-def _gradients(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _gradients(
+    x: np.ndarray, faces: np.ndarray, dN: np.ndarray, dA: np.ndarray, stiffness: np.ndarray
+) -> np.ndarray:
     n_face, n_q = dA.shape
     ge = np.zeros((n_face, 6, 3))
-    for e in numba.prange(n_face):
+    for e in prange(n_face):
         F, C, M, n = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty(2)
         for q in range(n_q):
             d = _deformation(x, faces[e], dN[e, q], F, C, M)
@@ -121,8 +128,8 @@ def _gradients(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
     return ge
 
 
-@numba.njit(cache=True, inline="always")
-def _taut(F, C, M, d, A):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _taut(F: np.ndarray, C: np.ndarray, M: np.ndarray, d: float, A: np.ndarray) -> None:
     """A (6 x 6) = d2/dF2 of (tr C + 1/d) / 2, rows and columns 2 i + j of F_ij."""
     for i in range(3):
         for j in range(3):
@@ -138,8 +145,8 @@ def _taut(F, C, M, d, A):  # type: ignore[no-untyped-def]
                         A[2 * i + s, 2 * j + t] += 1.0
 
 
-@numba.njit(cache=True, inline="always")
-def _wrinkled(F, n, c1, c2, A):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _wrinkled(F: np.ndarray, n: np.ndarray, c1: float, c2: float, A: np.ndarray) -> None:
     """A (6 x 6) = d2/dF2 of (c1 + 2 c1^(-1/2)) / 2.
 
     dc1 = a.dF with a = 2 Fn (x) n;  d2c1 = 2 |dF n|^2 + 2 (b.dF)^2 / (c1 - c2), b = Fn (x) m + Fm (x) n.
@@ -159,11 +166,13 @@ def _wrinkled(F, n, c1, c2, A):  # type: ignore[no-untyped-def]
                     A[2 * i + s, 2 * j + t] = entry
 
 
-@numba.njit(cache=True, parallel=True)
-def _tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
+@njit(cache=True, parallel=True)
+def _tangents(
+    x: np.ndarray, faces: np.ndarray, dN: np.ndarray, dA: np.ndarray, stiffness: np.ndarray
+) -> np.ndarray:
     n_face, n_q = dA.shape
     Ke = np.zeros((n_face, 6, 6, 3, 3))
-    for e in numba.prange(n_face):
+    for e in prange(n_face):
         F, C, M, A = np.empty((3, 2)), np.empty((2, 2)), np.empty((3, 2)), np.empty((6, 6))
         n = np.empty(2)
         for q in range(n_q):
@@ -180,8 +189,8 @@ def _tangents(x, faces, dN, dA, stiffness):  # type: ignore[no-untyped-def]
     return Ke
 
 
-@numba.njit(cache=True, inline="always")
-def _add_product(A, dN, w, K):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _add_product(A: np.ndarray, dN: np.ndarray, w: float, K: np.ndarray) -> None:
     """K_ab += w dN_a . A . dN_b for b >= a."""
     for a in range(6):
         for b in range(a, 6):

@@ -70,7 +70,8 @@ class Springs(WithoutVolume):
 
     def tensions(self, x: np.ndarray) -> np.ndarray:
         """k <l - L>_+ (n_spring,) mN."""
-        return self.stiffness * np.maximum(self._stretched(x)[0] - self.rest_lengths, 0.0)
+        tensions: np.ndarray = self.stiffness * np.maximum(self._stretched(x)[0] - self.rest_lengths, 0.0)
+        return tensions
 
     def energy(self, x: np.ndarray) -> float:
         """E = sum k/2 <l - L>_+^2."""

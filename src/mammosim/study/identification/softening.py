@@ -57,7 +57,8 @@ def rows(today: Chain, variants: Iterable[tuple[str, float]]) -> pd.DataFrame:
     cases = [("all", 1.0), *variants]
     found = []
     for what, factor in progress(cases, label="moduli", total=len(cases)):
-        other = today.with_settings({"tissues": scaled(tissues, what, factor)}).given(rest)
+        changed = scaled(tissues, what, factor)
+        other = today.with_settings({"tissues": changed, "load.tissues": changed}).given(rest)
         found.append({"tissue": what, "factor": factor} | _measured(today, other, force_n))
     return pd.DataFrame(found)
 
@@ -73,7 +74,7 @@ def _measured(today: Chain, other: Chain, force_n: float) -> dict[str, float | s
             float(other["pressed"].row["force_n"]),
             float(at_force["pressed"].row["plates_mm"]),
             at_force["exposure"],
-            at_force["dose"].mgy_per_mas * at_force["exposure"],
+            at_force["exposed_dose"].dose_mgy,
         )
     except MammosimError as error:
         return dict.fromkeys(MEASURED, np.nan) | {"outcome": f"refused: {error}"}

@@ -1,11 +1,13 @@
 """What a run says at its end when jobs have failed: which, why, where their logs are, and how to go on."""
 
 import re
-from collections.abc import Iterable
+import textwrap
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 TRACEBACK = "Traceback (most recent call last):"
+MISSING_NAMED = 8  # reasons of missing results
 NAMED = 5  # failed jobs that are named: with their logs, they fit into the last 20 lines of a terminal
 WIDTH = 200  # letters of a reason
 NO_LOG = "it has written no log; its error stands further up"
@@ -71,3 +73,18 @@ def last_words(
 def counted(number: int, noun: str) -> str:
     """'1 job', '2 jobs'."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def told_briefly(reasons: Sequence[str]) -> str:
+    """What a terminal ends with where results are missing: the first reasons, a line each; else nothing."""
+    if not reasons:
+        return ""
+    lines = [f"  {textwrap.shorten(reason, WIDTH)}" for reason in reasons[:MISSING_NAMED]]
+    more = [f"  and {len(reasons) - MISSING_NAMED} more"] if len(reasons) > MISSING_NAMED else []
+    last = "Everything else is there; the first page of the report names what follows from these."
+    return "\n".join([f"{count_of(reasons)} could not be had:", *lines, *more, last])
+
+
+def count_of(reasons: Sequence[str]) -> str:
+    """How many results are missing, in words."""
+    return "One result" if len(reasons) == 1 else f"{len(reasons)} results"

@@ -1,14 +1,12 @@
 """A scene: one question about one breast, with its load, what is asked how accurately, and its effects."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import pandas as pd
-
 from mammosim.chain.graph import upstream
 from mammosim.chain.quantities import QUANTITIES
-from mammosim.chain.stages import PRODUCTS, effects_on
+from mammosim.chain.stages import STAGES, effects_on
 from mammosim.core.errors import ConfigurationError
 
 # Every effect that a product of a scene may have, in words.
@@ -96,18 +94,21 @@ class Scene:
         means_with = {effect for name in self.asked for effect in QUANTITIES[name].means_with}
         return self.full & (means_with | EQUIPMENT)
 
-    def modelled(self, model: str, screening: pd.DataFrame | None) -> frozenset[str]:
-        """The effects of a model: 'full', or 'screened': those listed, or else found by a screening."""
+    def modelled(self, model: str, screening: Sequence[Mapping[str, str]] | None) -> frozenset[str]:
+        """The effects of a model: 'full', or 'screened': those listed, or else found by a screening.
+
+        screening: rows as text, with scene, effect and included.
+        """
         if model == "full":
             return self.full
         if self.effects != AUTO:
             return frozenset(self.effects) & self.full
         if screening is None:
             raise ConfigurationError(f"scene {self.name} was not screened; make its screening first")
-        rows = screening[screening.scene == self.name]
-        if rows.empty:
+        rows = [row for row in screening if row["scene"] == self.name]
+        if not rows:
             raise ConfigurationError(f"scene {self.name} was not screened; make its screening again")
-        return frozenset(rows.effect[rows.included.astype(bool)])
+        return frozenset(row["effect"] for row in rows if row["included"] == "True")
 
     def _refuse_unknown(self, what: str, names: Iterable[str], known: Collection[str]) -> None:
         if unknown := [name for name in names if name not in known]:
@@ -116,7 +117,7 @@ class Scene:
             )
 
     def _require_load(self, quantity: str, product: str) -> None:
-        reads = {name for each in (*upstream(PRODUCTS, product), product) for name in PRODUCTS[each].reads}
+        reads = {name for each in (*upstream(STAGES, product), product) for name in STAGES[each].reads}
         for setting, key in LOADS.items():
             if setting in reads and key not in self.load:
                 raise ConfigurationError(
@@ -128,4 +129,4 @@ class Scene:
 def products_of(asked: Iterable[str]) -> tuple[str, ...]:
     """Every product that asked quantities are taken from or made of, in the order of need."""
     ends = [product for name in asked for product in QUANTITIES[name].products]
-    return tuple(dict.fromkeys(each for end in ends for each in (*upstream(PRODUCTS, end), end)))
+    return tuple(dict.fromkeys(each for end in ends for each in (*upstream(STAGES, end), end)))

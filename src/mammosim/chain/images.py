@@ -1,0 +1,162 @@
+"""From raw images to a labelled breast: the motion into the common frame, and tissue labels."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mammosim.chain.breast import Breast
+from mammosim.chain.configuration import gravity_vector
+from mammosim.chain.graph import Inputs
+from mammosim.core.errors import ConfigurationError
+from mammosim.core.fiducials import Fiducials
+from mammosim.core.rigid import IDENTITY, RigidTransform
+from mammosim.core.rng import seed_of
+from mammosim.core.volume import Image, LabelMap
+from mammosim.imaging import registration as rigid
+from mammosim.imaging import segmentation as tissues
+from mammosim.imaging.markers import chest_markers, require_four
+from mammosim.imaging.segmentation import Segmentation
+from mammosim.io.fiducials import read_fiducials, write_fiducials
+from mammosim.io.images import read_image, read_labels, write_image, write_labels
+from mammosim.io.tables import read_table, write_table
+from mammosim.io.transforms import read_transform, write_transform
+
+PYRAMID = ("voxel_mm", "smoothing_mm", "iterations", "samples")
+STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
+LEARNT = ("classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing")
+
+
+def measured(inputs: Inputs) -> Any:
+    """Raises ConfigurationError: a scan, strokes and listed fiducials are measured, and not computed."""
+    raise ConfigurationError("a scan, strokes and fiducials are measured: give them to the chain")
+
+
+scan = strokes = listed = reference_fiducials = measured
+
+
+def load_scan(files: Mapping[str, str]) -> Image:
+    """The image of a position, scanner frame."""
+    return read_image(files["scan"])
+
+
+def load_strokes(files: Mapping[str, str]) -> pd.DataFrame:
+    """Columns x_mm, y_mm, z_mm, tissue."""
+    return read_table(files["strokes"])
+
+
+def load_fiducials(files: Mapping[str, str]) -> Fiducials:
+    """Markers and nipples."""
+    return read_fiducials(files["fiducials"])
+
+
+def save_fiducials(fiducials: Fiducials, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """Those markers and nipples."""
+    write_fiducials(fiducials, files["fiducials"])
+
+
+load_listed = load_reference_fiducials = load_moved_fiducials = load_fiducials
+save_moved_fiducials = save_fiducials
+
+
+def fiducials(inputs: Inputs) -> Fiducials:
+    """The list of a person, scanner frame; its chest markers as found in the image where asked for."""
+    found: Fiducials = inputs["listed"]
+    if inputs.setting("registration.chest_markers") == "found":
+        found = chest_markers(inputs["scan"], found)
+    require_four(found.of_kind("chest"))
+    return found
+
+
+@dataclass(frozen=True)
+class Moved:
+    """The motion into the common frame; the steps by which it was found, none for the reference itself."""
+
+    motion: RigidTransform
+    steps: pd.DataFrame
+
+
+def registration(inputs: Inputs) -> Moved:
+    """Markers first, then the rib cage's image."""
+    if not inputs.subject.moves:
+        return Moved(IDENTITY, pd.DataFrame(columns=STEPS))
+    settings = rigid.Settings(**{name: inputs.setting(f"registration.{name}") for name in PYRAMID})
+    fixed, moving = (inputs[name].of_kind("chest") for name in ("reference_fiducials", "fiducials"))
+    found = rigid.register(inputs["reference_scan"], inputs["scan"], fixed, moving, settings=settings)
+    return Moved(found.refined, found.table)
+
+
+def transform(inputs: Inputs) -> Moved:
+    """From the scanner frame of the measured position into the common frame."""
+    found: Moved = inputs["registration"]
+    return found
+
+
+def save_transform(found: Moved, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """That motion, and how it was found."""
+    write_transform(found.motion, files["transform"])
+    write_table(found.steps.assign(**job)[[*job, *found.steps.columns]], files["steps"])
+
+
+def load_transform(files: Mapping[str, str]) -> Moved:
+    """That motion."""
+    return Moved(read_transform(files["transform"]), pd.DataFrame(columns=STEPS))
+
+
+def moved_scan(inputs: Inputs) -> Image:
+    """The image in the grid of the reference's."""
+    return rigid.resample(inputs["scan"], inputs["transform"].motion, inputs["reference_scan"].grid)
+
+
+def save_moved_scan(image: Image, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """That image."""
+    write_image(image, files["scan"])
+
+
+def moved_fiducials(inputs: Inputs) -> Fiducials:
+    """Markers and nipples in the common frame."""
+    given, motion = inputs["fiducials"], inputs["transform"].motion
+    return Fiducials(given.names, given.kinds, motion(given.points))
+
+
+def segmentation(inputs: Inputs) -> Segmentation:
+    """Tissue labels and the probability of gland, scanner frame."""
+    given = {name: inputs.setting(f"segmentation.{name}") for name in LEARNT}
+    settings = tissues.Settings(**given, seed=seed_of(*inputs.subject.scan, "segment"))
+    return tissues.segment(inputs["scan"], inputs["strokes"], settings=settings)
+
+
+def labels(inputs: Inputs) -> LabelMap:
+    """Tissue labels of the image, scanner frame."""
+    found: LabelMap = inputs["segmentation"].labels
+    return found
+
+
+def save_labels(labels: LabelMap, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """Those labels."""
+    write_labels(labels, files["labels"])
+
+
+def load_labels(files: Mapping[str, str]) -> LabelMap:
+    """Those labels."""
+    return read_labels(files["labels"])
+
+
+def gland_probability(inputs: Inputs) -> Image:
+    """Of each voxel to be gland."""
+    found: Image = inputs["segmentation"].probability
+    return found
+
+
+def save_gland_probability(image: Image, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """That probability."""
+    write_image(image, files["probability"])
+
+
+def breast(inputs: Inputs) -> Breast:
+    """The breast in them."""
+    motion: RigidTransform = inputs["transform"].motion
+    gravity: np.ndarray = motion.R @ gravity_vector(inputs.subject.gravity)
+    return Breast(inputs["labels"], inputs["fiducials"], motion, gravity, inputs.subject.side)

@@ -1,0 +1,116 @@
+"""The stress-free shape of a measured body, and that shape loaded again in another position."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from mammosim.chain.conditions import begins_with_mean
+from mammosim.chain.graph import Inputs
+from mammosim.chain.morph import Morph, MorphSettings, morphed, sound_mean
+from mammosim.core.mesh import TetMesh
+from mammosim.core.positions import gravity_direction
+from mammosim.io.meshes import read_mesh, write_mesh
+from mammosim.io.tables import write_table
+from mammosim.mechanics.equilibrium import Settings
+from mammosim.mechanics.newton import NewtonSettings
+from mammosim.mechanics.unloaded import UnloadingSettings
+from mammosim.mechanics.unloading import METHODS
+from mammosim.meshing.distance import surface_distance
+
+HISTORY = ["iteration", "mean_mm", "max_mm", "damping", "factorisations", "seconds"]
+
+
+@dataclass(frozen=True)
+class StressFree:
+    """The body without gravity; history: HISTORY, a row per iteration, empty where read from a file."""
+
+    mesh: TetMesh
+    history: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class MeanShape:
+    """The mean of the measured body and of itself in the shape of the reference position.
+
+    morph: see chain.morph, None where it was read from a file; share: of the morphed shape in the mean;
+    distance_mm (n_node,): what is left to the reference's skin, 0 off the skin.
+    """
+
+    mesh: TetMesh
+    morph: Morph | None = None
+    share: float = np.nan
+    distance_mm: np.ndarray | None = None
+
+
+def mean_shape(inputs: Inputs) -> MeanShape:
+    """By surfaces alone; nearer to the measured body where the mean would fold."""
+    mesh, reference, given = inputs["mesh"], inputs["reference_mesh"], inputs.setting("morph")
+    settings = MorphSettings(tuple(given["stiffness_kpa_per_mm"]), given["updates"])
+    found = morphed(mesh, reference, settings=settings)
+    mean = sound_mean(mesh, found.points)
+    body = mesh.moved_to(found.points)
+    distance = np.zeros(len(body.points))
+    distance[body.boundary_nodes("skin")] = surface_distance(body, reference)
+    return MeanShape(mesh.moved_to(mean.points), found, mean.share, distance)
+
+
+def save_mean_shape(found: MeanShape, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """The mean, the morphed body with what is left to the reference, and the levels of the morph."""
+    write_mesh(found.mesh, files["mesh"])
+    if found.morph is not None and found.distance_mm is not None:
+        body = found.mesh.moved_to(found.morph.points)
+        write_mesh(body, files["morphed"], point_data={"distance_mm": found.distance_mm})
+        table = pd.DataFrame(found.morph.history).assign(mean_share=found.share)
+        write_table(table.assign(**job)[[*job, *table.columns]], files["history"])
+
+
+def load_mean_shape(files: Mapping[str, str]) -> MeanShape:
+    """The mean."""
+    return MeanShape(read_mesh(files["mesh"]))
+
+
+def stress_free(inputs: Inputs) -> StressFree:
+    """By the method of the settings."""
+    mesh, given = inputs["mesh"], inputs.setting("mechanics.stress_free")
+    start = inputs["mean_shape"].mesh.points if begins_with_mean(inputs) else None
+    found = METHODS[given["default"]](
+        mesh,
+        inputs["body"],
+        gravity=inputs["breast"].gravity,
+        start=start,
+        settings=UnloadingSettings(given["tolerance_mm"], given["iterations"]),
+    )
+    columns = {name: [getattr(step, name) for step in found.history] for name in HISTORY}
+    return StressFree(mesh.moved_to(found.points), pd.DataFrame(columns))
+
+
+def save_stress_free(found: StressFree, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """The shape, and what every iteration left."""
+    write_table(found.history.assign(**job)[[*job, *HISTORY]], files["history"])
+    write_mesh(found.mesh, files["shape"])
+
+
+def load_stress_free(files: Mapping[str, str]) -> StressFree:
+    """What save_stress_free wrote, without its history."""
+    return StressFree(read_mesh(files["shape"]), pd.DataFrame(columns=HISTORY))
+
+
+def loaded(inputs: Inputs) -> TetMesh:
+    """The body in the position of the load."""
+    newton = NewtonSettings(tolerance=inputs.setting("mechanics.newton_tolerance"))
+    gravity = gravity_direction(inputs.setting("load.position"))
+    rest: TetMesh = inputs["stress_free"].mesh
+    points: np.ndarray = inputs["body"].load(rest, gravity, settings=Settings(newton=newton)).points
+    return rest.moved_to(points)
+
+
+def save_loaded(shape: TetMesh, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """The shape."""
+    write_mesh(shape, files["shape"])
+
+
+def load_loaded(files: Mapping[str, str]) -> TetMesh:
+    """What save_loaded wrote."""
+    return read_mesh(files["shape"])

@@ -1,0 +1,104 @@
+"""The pressed breast as voxels with a lesion, what was conserved on the way, and whether a field holds it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from mammosim.chain.breast import Breast
+from mammosim.chain.field import field_rows
+from mammosim.chain.graph import Inputs
+from mammosim.chain.phantom import (
+    Lesion,
+    conservation_table,
+    field_box,
+    field_grid,
+    voxel_breast,
+    with_lesion,
+)
+from mammosim.core.labels import Label
+from mammosim.core.volume import LabelMap
+from mammosim.io.images import read_labels, write_labels
+from mammosim.io.tables import read_table, write_table
+
+INWARDS = np.array([0.0, 1.0, 0.0])  # prone, scanner frame: from the nipple to the chest wall
+
+
+def healthy_phantom(inputs: Inputs) -> LabelMap:
+    """The pressed breast in the X-ray field, common frame, without lesion."""
+    breast: Breast = inputs["breast"]
+    found = inputs["pressed"]
+    low, high = field_box(
+        breast.side,
+        midline_mm=0.0,
+        chest_wall_mm=found.plates["chest_y_mm"],
+        bottom_mm=found.plates["support_z_mm"],
+        top_mm=found.plates["paddle_z_mm"],
+    )
+    grid = field_grid(found.mesh, low, high, voxel_mm=inputs.setting("xray.voxel_mm"))
+    skin_mm = inputs.setting("tissues.skin.thickness_mm")
+    return voxel_breast(found.mesh, _measured(inputs), breast.labels, grid=grid, skin_mm=skin_mm)
+
+
+def phantom(inputs: Inputs) -> LabelMap:
+    """With the lesion, which lies behind the nipple in the measured position and moves with the tissue."""
+    breast: Breast = inputs["breast"]
+    given = inputs.setting("xray.lesion")
+    lesion = Lesion.behind(
+        breast.nipple, inwards=INWARDS, depth_mm=given["depth_mm"], diameter_mm=given["diameter_mm"]
+    )
+    return with_lesion(inputs["healthy_phantom"], inputs["pressed"].mesh, _measured(inputs), lesion)
+
+
+def _measured(inputs: Inputs) -> np.ndarray:
+    """Nodes (n_node, 3) mm where they were measured, scanner frame."""
+    return inputs["breast"].to_reference.inverse()(inputs["mesh"].points)
+
+
+def save_phantom(labels: LabelMap, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """The labels."""
+    write_labels(labels, files["labels"])
+
+
+def load_phantom(files: Mapping[str, str]) -> LabelMap:
+    """What save_phantom wrote."""
+    return read_labels(files["labels"])
+
+
+def conservation(inputs: Inputs) -> pd.DataFrame:
+    """Volume and mass from the measured shape to the voxels, see chain.phantom."""
+    tissues = inputs.setting("tissues.tissues")
+    density = {Label[name.upper()]: tissue["density_g_cm3"] for name, tissue in tissues.items()}
+    return conservation_table(
+        inputs["pressed"].mesh,
+        _measured(inputs),
+        inputs["breast"].labels,
+        inputs["healthy_phantom"],
+        density_g_cm3=density,
+    )
+
+
+def field(inputs: Inputs) -> pd.DataFrame:
+    """Whether the detectors of mammography and tomosynthesis hold the breast, see chain.field."""
+    scan = inputs.setting("xray.tomosynthesis")
+    return field_rows(
+        inputs["phantom"],
+        chest_y_mm=inputs["pressed"].plates["chest_y_mm"],
+        geometry={name: inputs.setting(f"xray.{name}") for name in GEOMETRY},
+        scan={name: scan[name] for name in ("system", "pixel_mm")},
+    )
+
+
+GEOMETRY = ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
+
+
+def _save_rows(table: pd.DataFrame, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    write_table(table.assign(**job)[[*job, *table.columns]], files["rows"])
+
+
+def _load_rows(files: Mapping[str, str]) -> pd.DataFrame:
+    return read_table(files["rows"])
+
+
+save_conservation = save_field = _save_rows
+load_conservation = load_field = _load_rows

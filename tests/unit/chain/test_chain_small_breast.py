@@ -1,0 +1,224 @@
+"""The chain of one small breast: what its stages decide between the sciences."""
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_breast import THICKNESS_MM, small_breast, small_chain
+
+from mammosim.chain.files import job_inputs, job_outputs, nearest_kept
+from mammosim.chain.jobs import make
+from mammosim.chain.mammogram import SENSOR_MM, xray_phantom
+from mammosim.chain.phantom import healthy
+from mammosim.chain.photons import ExposedDose
+from mammosim.chain.points import MaterialPoints
+from mammosim.chain.stages import STAGES
+from mammosim.core.errors import MechanicsError, MissingResult
+from mammosim.core.labels import Label
+from mammosim.io.missing import write_missing
+from mammosim.io.tables import read_json, read_table
+from mammosim.meshing.raster import rasterise
+from mammosim.xray.dose import GlandularDose
+from mammosim.xray.exposure import automatic_mas
+from mammosim.xray.projector import path_lengths, primary
+
+PLACES = {
+    **{"v": "woman", "p": "prone", "side": "left", "method": "anderson", "strategy": "standard"},
+    **{"moduli": "gravity", "position": "upright", "reference": "supine", "strokes": "", "also": ""},
+}
+
+
+@pytest.fixture(scope="module")
+def chain(repository):
+    return small_chain(repository)
+
+
+def exposure_of(chain, labels):
+    phantom, geometry = xray_phantom(labels), chain["geometry"]
+    return automatic_mas(
+        primary(phantom, geometry, chain["spectrum"]).kerma_mgy,
+        path_lengths(phantom, geometry)[..., 1:].sum(axis=-1) > 0,
+        target_mgy=chain.setting("xray.detector_kerma_ugy") / 1e3,
+        sensor_pixels=max(round(SENSOR_MM / geometry.detector.pixel_mm), 1),
+    )
+
+
+def test_automatic_exposure_looks_beside_the_lesion(chain):
+    large = chain.with_settings({"xray.lesion": {"diameter_mm": 40.0, "depth_mm": 25.0}})
+    labels = large["phantom"]
+    assert large["exposure"] == pytest.approx(exposure_of(large, healthy(labels)), rel=1e-12)
+    assert abs(exposure_of(large, labels) / large["exposure"] - 1) > 1e-3, "the lesion would show"
+    assert large["mammogram"].row["mas"] == large["exposure"]
+
+
+def test_twice_the_kerma_takes_twice_the_exposure(chain):
+    twice = chain.with_settings({"xray.detector_kerma_ugy": 2 * chain.setting("xray.detector_kerma_ugy")})
+    assert twice["exposure"] == pytest.approx(2 * chain["exposure"], rel=1e-9)
+
+
+def test_dose_and_its_error_are_those_per_mas_times_the_exposure(chain):
+    dose, mas = chain["dose"], chain["exposure"]
+    assert chain["exposed_dose"] == ExposedDose(dose.mgy_per_mas * mas, dose.standard_error_mgy_per_mas * mas)
+    row = chain["image_row"]
+    assert row["dose_mgy"] == chain["exposed_dose"].dose_mgy
+    assert row["dose_se_mgy"] == chain["exposed_dose"].dose_se_mgy
+
+
+def test_the_lesion_lies_where_it_was_put_behind_the_nipple_before_compression(chain):
+    """The middle of its voxels, carried back to the measured shape: depth_mm behind the nipple, along +y."""
+    breast, found, given = small_breast(), chain["pressed"], chain.setting("xray.lesion")
+    labels = chain["phantom"]
+    raster = rasterise(found.mesh, labels.grid)
+    measured = raster.carry(breast.to_reference.inverse()(chain["mesh"].points))
+    inside = labels.values[raster.cell >= 0] == Label.LESION
+    middle = measured[inside].mean(axis=0)
+    # Voxels of 4 mm: the middle of some forty is known to about a millimetre.
+    np.testing.assert_allclose(middle, breast.nipple + [0, given["depth_mm"], 0], atol=2.0)
+    assert np.linalg.norm(measured[inside] - middle, axis=1).max() <= given["diameter_mm"] / 2 + 2.0
+
+
+def test_weight_between_the_plates_pulls_to_the_floor(repository):
+    bare, heavy = small_chain(repository), small_chain(repository, also=("weight",))
+    more = heavy["press_setup"].effects[len(bare["press_setup"].effects) :]
+    assert len(more) == 1
+    x = heavy["press_setup"].mesh.points
+    lower, forward = x - [0, 0, 1.0], x - [0, 1.0, 0]
+    assert more[0].energy(lower) < more[0].energy(x)
+    assert more[0].energy(forward) == pytest.approx(more[0].energy(x), abs=1e-9 * abs(more[0].energy(x)))
+
+
+def test_the_pressed_breast_is_as_thick_as_asked_and_sits_around_its_nipple(chain):
+    found, breast = chain["pressed"], small_breast()
+    assert found.row["plates_mm"] == THICKNESS_MM
+    assert found.plates["paddle_z_mm"] - found.plates["support_z_mm"] == pytest.approx(THICKNESS_MM)
+    nipple = MaterialPoints.on(chain["mesh"], breast.to_reference(breast.nipple[None]))
+    x = nipple.carry(chain["stress_free"].mesh.points)[0, 0]
+    assert (found.plates["low_x_mm"] + found.plates["high_x_mm"]) / 2 == pytest.approx(x)
+
+
+def stiffer(tissue):
+    return {**tissue, "youngs_modulus_kpa": 5 * tissue["youngs_modulus_kpa"]}
+
+
+def test_other_moduli_press_the_same_stress_free_shape(chain):
+    tissues = chain.setting("tissues")
+    stiff = {
+        name: {**t, "youngs_modulus_kpa": 5 * t["youngs_modulus_kpa"]}
+        for name, t in tissues["tissues"].items()
+    }
+    skin = {**tissues["skin"], "youngs_modulus_kpa": 5 * tissues["skin"]["youngs_modulus_kpa"]}
+    other = chain.with_settings({"load.tissues": {"tissues": stiff, "skin": skin}})
+    assert other["stress_free"] is chain["stress_free"]
+    assert other["pressed"].row["force_n"] == pytest.approx(5 * chain["pressed"].row["force_n"], rel=5e-3)
+
+
+def test_without_scatter_the_mammogram_needs_none(chain):
+    none = chain.with_effects(chain.effects - {"scatter"})
+    assert "scatter" in chain.needs("mammogram")
+    assert "scatter" not in none.needs("mammogram")
+    assert none["mammogram"].row["scatter_to_primary"] == 0 < chain["mammogram"].row["scatter_to_primary"]
+
+
+def test_friction_has_a_load_path_of_its_own(repository):
+    rough = small_chain(repository, also=("friction",))
+    assert "standard_path" not in rough.needs("pressed")
+    relative = rough.with_settings({"load.strategy": {"until": {"force_share": 0.5}}})
+    assert "standard_path" in relative.needs("pressed")
+
+
+def test_a_strategy_that_needs_no_standard_is_pressed_without_one(chain, tmp_path):
+    files = STAGES["standard_path"].files.paths(PLACES)
+    lost = {name: str(tmp_path / Path(path).name) for name, path in files.items()}
+    for path in lost.values():
+        write_missing(path, "standard_path woman left gravity: it slides away")
+    without = type(chain)(chain.subject, chain.settings, chain.effects, chain.stages, made=dict(chain.made))
+    for name in ("standard_path", "pressed"):
+        without.made.pop(without.key(name), None)
+    without = without.kept({"standard_path": lost})
+    assert without["pressed"].row["force_n"] == pytest.approx(chain["pressed"].row["force_n"], rel=1e-4)
+    relative = without.with_settings({"load.strategy": {"until": {"force_share": 0.5}}})
+    relative = relative.kept({"standard_path": lost})
+    with pytest.raises((MechanicsError, MissingResult), match="it slides away"):
+        relative["pressed"]
+
+
+@pytest.fixture(scope="module")
+def kept(chain, tmp_path_factory):
+    """Every kept product of the small breast as files, and a chain that reads them."""
+    folder = tmp_path_factory.mktemp("kept")
+    names = [name for name in KEPT if STAGES[name].files]
+    paths = {name: str(folder / path) for name, path in job_outputs(names, PLACES).items()}
+    for path in paths.values():
+        folder.joinpath(path).parent.mkdir(parents=True, exist_ok=True)
+    make(chain, names, paths, {"volunteer": "007", "side": "left"})
+    files = {
+        name: {f: str(folder / p) for f, p in STAGES[name].files.paths(PLACES).items()} for name in names
+    }
+    return chain.given({}).kept(files), folder
+
+
+KEPT = (
+    *("mesh", "stress_free", "loaded", "standard_path", "pressed", "phantom", "conservation", "field"),
+    *("spectrum", "dose", "scatter", "mammogram", "image_row", "slices", "depth", "dose_routes"),
+)
+
+
+def fresh(chain):
+    return type(chain)(chain.subject, chain.settings, chain.effects, chain.stages, files=chain.files)
+
+
+def test_what_was_kept_is_what_was_made(chain, kept):
+    read = fresh(kept[0])
+    for name in ("mesh", "loaded"):
+        np.testing.assert_array_equal(read[name].points, chain[name].points)
+    np.testing.assert_array_equal(read["stress_free"].mesh.points, chain["stress_free"].mesh.points)
+    np.testing.assert_array_equal(read["standard_path"].shapes, chain["standard_path"].shapes)
+    assert dict(read["pressed"].plates) == pytest.approx(dict(chain["pressed"].plates))
+    assert read["pressed"].row["force_n"] == chain["pressed"].row["force_n"]
+    np.testing.assert_array_equal(read["phantom"].values, chain["phantom"].values)
+    np.testing.assert_allclose(read["spectrum"].fluence, chain["spectrum"].fluence)
+    assert read["dose"] == chain["dose"]
+    assert isinstance(read["dose"], GlandularDose)
+    np.testing.assert_array_equal(read["scatter"].scatter, chain["scatter"].scatter)
+    assert read["mammogram"].row["cnr"] == chain["mammogram"].row["cnr"]
+    assert read["slices"].cnr("sart") == chain["slices"].cnr("sart")
+    # The shape and the spectrum are read with the digits that their files hold.
+    assert read["exposed_dose"].dose_mgy == pytest.approx(chain["exposed_dose"].dose_mgy, rel=1e-9)
+
+
+def test_rows_of_tables_say_whose_they_are_and_no_file_is_without_numbers(kept):
+    _, folder = kept
+    for path in folder.rglob("*.csv"):
+        table = read_table(path)
+        assert len(table), path.name
+        if "volunteer" in table:
+            assert list(table.columns[:2]) == ["volunteer", "side"]
+            assert set(table.volunteer) == {"007"}
+
+
+def test_what_each_product_took_is_told_once(kept):
+    _, folder = kept
+    told = [name for path in folder.rglob("*_seconds.json") for name in read_json(path)]
+    assert len(told) == len(set(told))
+
+
+def test_every_stage_has_its_functions():
+    for name, stage in STAGES.items():
+        module, function = import_module(stage.module), stage.function.split(".")[1]
+        assert callable(getattr(module, function)), name
+        written_only = {"image_row", "depth", "dose_routes", "moved_scan", "gland_probability"}
+        measured = {"scan", "strokes", "listed", "reference_scan", "reference_fiducials", "reference_mesh"}
+        if stage.files and name not in written_only:
+            assert callable(getattr(module, f"load_{function}")), name
+        if stage.files and name not in measured:
+            assert callable(getattr(module, f"save_{function}")), name
+
+
+def test_a_job_reads_the_nearest_kept_products(chain):
+    assert set(nearest_kept(["dose"], chain)) == {"phantom", "pressed", "field", "spectrum"}
+    assert set(nearest_kept(["mesh"], chain)) == {"transform", "labels", "fiducials"}
+    assert (
+        "results/compression/woman/left/standard_gravity_plates.json"
+        in job_inputs(["phantom"], PLACES, chain).values()
+    )

@@ -1,0 +1,56 @@
+"""A cache of compiled kernels that is damaged, or has no place, is left aside."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+KERNEL = """
+from mammosim.io.compiled import njit
+
+
+@njit(cache=True)
+def twice(x):
+    return 2 * x
+
+
+print(twice(21))
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run the kernel of a module in a process of its own, with these variables."""
+    module = tmp_path / "code" / "kernel.py"
+    module.parent.mkdir()
+    module.write_text(KERNEL)
+
+    def run(**variables):
+        environment = {
+            "PYTHONPATH": str(Path(__file__).parents[3] / "src"),
+            "PATH": "/usr/bin:/bin",
+            **variables,
+        }
+        ran = subprocess.run(
+            [sys.executable, str(module)], capture_output=True, text=True, env=environment, check=False
+        )
+        return ran.returncode, ran.stdout.strip(), ran.stderr
+
+    return run
+
+
+def test_an_index_without_a_byte_and_a_damaged_kernel_are_compiled_again(run, tmp_path):
+    cache = tmp_path / "cache"
+    assert run(NUMBA_CACHE_DIR=str(cache))[:2] == (0, "42")
+    for pattern in ("*.nbi", "*.nbc"):
+        for file in cache.rglob(pattern):
+            file.write_bytes(b"" if pattern == "*.nbi" else b"no pickle")
+        assert run(NUMBA_CACHE_DIR=str(cache))[:2] == (0, "42")
+
+
+def test_without_any_place_for_a_cache_kernels_still_run(run, tmp_path):
+    (tmp_path / "file").write_text("where a folder should be")
+    (tmp_path / "code" / "__pycache__").write_text("no folder either")
+    code, printed, error = run(NUMBA_CACHE_DIR=str(tmp_path / "file" / "cache"))
+    assert (code, printed) == (0, "42"), error

@@ -1,0 +1,142 @@
+# The chain of one breast: what each of its rules reads, writes and is given comes from the table of its stages.
+from mammosim.chain.files import chain_of, job_inputs, job_outputs, nearest_kept, seconds_file, variant_of
+from mammosim.chain.graph import nested, overridden, pruned, read_by, upstream
+from mammosim.chain.stages import STAGES
+
+STRESS_FREE = config["mechanics"]["stress_free"]
+MEASURED = STRESS_FREE["position"]  # that the model is made of
+OF_CHAIN = ("registration", "segmentation", "mesh", "morph", "mechanics", "effects", "compression", "xray")
+EFFECTS = [*config["mechanics"]["effects"], *config["xray"]["effects"]]
+PLACEHOLDERS = {name: f"{{{name}}}" for name in "v p side method strategy moduli position also".split()}
+
+
+def places(wildcards):
+    """The wildcards of the table's paths: those of a job, and of the study where it has none."""
+    found = {"p": MEASURED, "reference": REFERENCE, "method": STRESS_FREE["default"], "also": "", **wildcards}
+    listed = VOLUNTEERS.get((found.get("v"), found["p"]))
+    return found | {"strokes": listed.strokes if listed else "", "listed": listed.fiducials if listed else ""}
+
+
+def load_of(wildcards):
+    """How the breast of a job is loaded: the position, or the strategy that presses it."""
+    load = {"position": wildcards["position"]} if "position" in wildcards else {}
+    if "moduli" in wildcards:
+        load |= {"moduli": wildcards["moduli"], "tissues": moduli_table(wildcards["moduli"])}
+        load |= {"thickness_mm": COMPRESSION["thickness_mm"].get(wildcards["v"])}
+    if "strategy" in wildcards:
+        load |= {"strategy": WAYS[wildcards["strategy"]]}
+    return load
+
+
+@cache
+def moduli_table(name):
+    """The tissues of a set of moduli: the study's own, or those of a file of config/tissues."""
+    return TISSUES if name == "gravity" else tissue_table(name)
+
+
+def settings_of(wildcards):
+    """Everything that the stages of the study may read in a job."""
+    found = {name: config[name] for name in OF_CHAIN} | {"tissues": TISSUES, "load": load_of(wildcards)}
+    return overridden(found, {"mechanics": {"stress_free": {"default": places(wildcards)["method"]}}})
+
+
+def subject_of(wildcards):
+    """Whose breast a job is about."""
+    if "v" not in wildcards:
+        return {"side": "", "gravity": "", "streams": [config["seed"]]}
+    v, p, side = wildcards["v"], places(wildcards)["p"], wildcards.get("side", "")
+    seed = config["seed"]
+    return {
+        "side": side,
+        "gravity": gravity(v, p),
+        "streams": [seed, v, side],
+        "scan": [seed, v, p],
+        "moves": p != REFERENCE,
+    }
+
+
+def study_case(wildcards):
+    """Settings and effects of the study."""
+    return settings_of(wildcards), EFFECTS
+
+
+def case(products, wildcards):
+    """Settings and effects of a job that makes these products: the study's, or those of a variant."""
+    return variant_case(products[0], wildcards) if wildcards.get("also") else study_case(wildcards)
+
+
+def job_given(products, wildcards, settings, effects):
+    """Subject, settings and effects of a job, as far as they can change these products."""
+    used = {each for product in products for each in (*upstream(STAGES, product), product)}
+    acting = {effect for name in used for effect in STAGES[name].effects}
+    return {
+        "subject": subject_of(wildcards),
+        "settings": pruned(settings, read_by(STAGES, products)),
+        "effects": [effect for effect in effects if effect in acting],
+    }
+
+
+def given(*products):
+    """What a job that makes these products is given."""
+
+    def of(wildcards):
+        wildcards = dict(wildcards.items())
+        return job_given(products, wildcards, *case(products, wildcards))
+
+    return of
+
+
+def reads(*products):
+    """The files that a job reads to make these products."""
+
+    def of(wildcards):
+        wildcards = dict(wildcards.items())
+        settings, effects = case(products, wildcards)
+        chain = chain_of({"subject": subject_of(wildcards), "settings": settings, "effects": effects}, {})
+        variant = wildcards.get("also", "")
+        study = study_chain(wildcards) if variant else None
+        return job_inputs(
+            products, places(wildcards), chain, also=lambda name: variant_of(name, chain, study) if variant else ""
+        )
+
+    return of
+
+
+def study_chain(wildcards):
+    """The study's chain of the breast of a job."""
+    settings, effects = study_case(wildcards)
+    return chain_of({"subject": subject_of(wildcards), "settings": settings, "effects": effects}, {})
+
+
+def measured(volunteer, *products):
+    """The files of a volunteer's own measurements, and of what was labelled in them, for any job."""
+    found = {}
+    for name in products:
+        found |= {f"{name}__{file}": path for file, path in STAGES[name].files.paths(places({"v": volunteer})).items()}
+    return found
+
+
+LABELLED = ("labels", "fiducials", "transform")
+
+
+def writes(*products):
+    """The files that a job writes, with the rule's wildcards."""
+    return job_outputs(products, PLACEHOLDERS)
+
+
+def code(*products):
+    """The package files that these products depend on: those of their own stages and of all before them."""
+    names = {each for product in products for each in (*upstream(STAGES, product), product)}
+    modules = {STAGES[name].module for name in names}
+    files = [HOME / "src" / Path(*module.split(".")).with_suffix(".py") for module in modules]
+    return dependencies([SCRIPTS / "stage.py", *files])
+
+
+def runs(*products):
+    """The parameters of a job that makes these products."""
+    return {"products": list(products), "functions": [STAGES[name].function for name in products],
+            "given": given(*products)}
+
+
+wildcard_constraints:
+    also="|-[0-9a-f]{8}",
