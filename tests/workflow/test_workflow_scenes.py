@@ -1,9 +1,11 @@
 """Scenes on the tiny configuration: only the jobs that an answer needs, screened beside full; the plan."""
 
 import json
+from pathlib import Path
 
 import pandas as pd
 import pytest
+import yaml
 
 pytestmark = pytest.mark.workflow
 # At an accuracy of its own, so that it shares no part with the scenes that were answered.
@@ -47,9 +49,44 @@ def test_screened_answers_stand_beside_full_ones_and_one_that_lacks_an_effect_is
     assert "NOT WITHIN ITS TOLERANCE: exposure_listed: mas_percent" in log
 
 
+# By a position and an exposure: no dose, no scatter, no image.
+MADE = {
+    *("stress_free", "loaded", "standard_path", "pressed", "phantom", "conservation", "field", "spectrum")
+}
+
+
 def test_a_question_about_exposure_runs_no_monte_carlo_and_one_about_a_position_presses_nothing(answered):
-    made = {path.name for path in (answered.run / "results/scenes").iterdir()}
-    assert made == {"screening", "answers", "body", "loaded", "pressed", "phantom", "exposure"}
+    table = pd.read_csv(answered.run / "results/variants.tsv", sep="\t").set_index("files").asked_by
+    made = {
+        stem: {path.name.removeprefix(f"{Path(stem).name}_") for path in named(answered, stem)}
+        for stem in table.index
+    }
+    assert all(made.values()), "every variant of the table is there"
+    products = {
+        name.removesuffix("_seconds.json") for names in made.values() for name in names if "_seconds" in name
+    }
+    assert products == MADE
+    of_a_position = table[table.index.str.contains("/loaded/")]
+    assert of_a_position.str.contains("nipple_upright").all()
+
+
+def named(study, stem):
+    return list((study.run / stem).parent.glob(f"{Path(stem).name}*"))
+
+
+def test_a_scene_at_the_settings_of_the_study_makes_nothing_again(finished, tmp_path):
+    """Its tissues, strategy, accuracy and effects are the study's: all that is left is to read the answer."""
+    config = yaml.safe_load((finished.home / "config/default.yaml").read_text())
+    effects = ", ".join((*config["mechanics"]["effects"], *config["xray"]["effects"]))
+    text = f"""title: As the study
+tissues: standard
+load: {{strategy: standard}}
+asked: {{agd_percent: 5, cnr_percent: 5, force_n: 1}}
+effects: [{effects}]
+accuracy: study
+"""
+    (finished.home / "config/scenes/mine.yaml").write_text(text)
+    assert _jobs_of_mine(finished, tmp_path) == {"scene_answer"}
 
 
 def test_the_page_stands_alone_and_the_report_shows_it(answered):
@@ -64,22 +101,22 @@ def test_the_page_stands_alone_and_the_report_shows_it(answered):
 @pytest.mark.parametrize(
     ("asked", "has", "lacks"),
     [
-        ("agd_percent", {"dose", "exposure"}, {"scatter", "image"}),
-        ("cnr_percent", {"scatter", "image"}, {"dose"}),
-        ("force_n", {"pressed"}, {"phantom", "dose", "scatter"}),
+        ("agd_percent", {"dose"}, {"scatter", "mammogram"}),
+        ("cnr_percent", {"scatter", "mammogram"}, {"dose"}),
+        ("force_n", {"compress"}, {"phantom", "dose", "scatter"}),
     ],
 )
 def test_the_jobs_are_those_of_the_asked_quantity(finished, tmp_path, asked, has, lacks):
     (finished.home / "config/scenes/mine.yaml").write_text(SCENE.replace("ASKED", asked))
     jobs = _jobs_of_mine(finished, tmp_path)
-    assert {f"scene_{part}" for part in has} <= jobs
-    assert not {f"scene_{part}" for part in lacks} & jobs
+    assert has <= jobs
+    assert not lacks & jobs
 
 
 def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished, tmp_path):
     text = SCENE.replace("ASKED", "cnr_percent").replace(" scatter,", "")
     (finished.home / "config/scenes/mine.yaml").write_text(text)
-    assert "scene_scatter" not in _jobs_of_mine(finished, tmp_path)
+    assert "scatter" not in _jobs_of_mine(finished, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +128,7 @@ def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished,
         (("scatter,", "scater,"), "no effect 'scater'; choose among:"),
         (("strategy: gentle", "strategy: gentel"), "no strategy 'gentel'; choose one of: standard"),
         (("title:", "tittle:"), "did you mean 'title'?"),
-        (("effects:", "accuracy: fast\neffects:"), "no preset 'fast'; choose one of:"),
+        (("accuracy: draft", "accuracy: fast"), "no preset 'fast'; choose one of:"),
     ],
 )
 def test_a_scene_that_cannot_be_meant_is_refused_with_what_to_write(study, tmp_path, change, words):
@@ -120,4 +157,4 @@ def _dry_run_of_mine(study, folder) -> str:
 
 def _jobs_of_mine(study, folder) -> set[str]:
     words = _dry_run_of_mine(study, folder)
-    return {line.split()[1].rstrip(":") for line in words.splitlines() if line.startswith("rule scene_")}
+    return {line.split()[1].rstrip(":") for line in words.splitlines() if line.startswith("rule ")}

@@ -5,7 +5,9 @@ Effects: polychromatic, paddle.
 
 from collections.abc import Mapping
 
-from mammosim.chain.field import MAMMOGRAM, require_held
+import pandas as pd
+
+from mammosim.chain.field import MAMMOGRAM, field_rows, require_held
 from mammosim.chain.graph import Inputs
 from mammosim.chain.mammogram import SENSOR_MM, xray_phantom
 from mammosim.chain.phantom import healthy
@@ -41,6 +43,27 @@ def save_spectrum(spectrum: Spectrum, files: Mapping[str, str], job: Mapping[str
 def load_spectrum(files: Mapping[str, str]) -> Spectrum:
     """What save_spectrum wrote."""
     return spectrum_from(read_table(files["table"]), read_json(files["facts"]))
+
+
+def field(inputs: Inputs) -> pd.DataFrame:
+    """Whether the detectors of mammography and tomosynthesis hold the breast, see chain.field."""
+    scan = inputs.setting("xray.tomosynthesis")
+    return field_rows(
+        inputs["phantom"],
+        chest_y_mm=inputs["pressed"].plates["chest_y_mm"],
+        geometry={name: inputs.setting(f"xray.{name}") for name in GEOMETRY},
+        scan={name: scan[name] for name in ("system", "pixel_mm")},
+    )
+
+
+def save_field(table: pd.DataFrame, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """Its rows."""
+    write_table(table.assign(**job)[[*job, *table.columns]], files["rows"])
+
+
+def load_field(files: Mapping[str, str]) -> pd.DataFrame:
+    """What save_field wrote."""
+    return read_table(files["rows"])
 
 
 def geometry(inputs: Inputs) -> Geometry:

@@ -51,7 +51,8 @@ class Cluster:
     def chords(self, places: np.ndarray) -> np.ndarray:
         """t (...,) mm of all balls together, along rays across the plane at places (..., 2) mm."""
         rho2 = np.sum((places[..., None, :] - self.centres) ** 2, axis=-1)
-        return 2 * np.sqrt(np.maximum((self.diameter_mm / 2) ** 2 - rho2, 0.0)).sum(axis=-1)
+        found: np.ndarray = 2 * np.sqrt(np.maximum((self.diameter_mm / 2) ** 2 - rho2, 0.0)).sum(axis=-1)
+        return found
 
 
 @dataclass(frozen=True)

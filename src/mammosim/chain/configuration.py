@@ -54,7 +54,7 @@ def _unknown_key(place: str, key: str, known: list[str]) -> str:
 
 def _limit(error: ValidationError) -> str:
     limit = error.validator_value
-    return {
+    found: str = {
         "minimum": f"must be at least {limit}",
         "exclusiveMinimum": f"must be more than {limit}",
         "maximum": f"must be at most {limit}",
@@ -62,6 +62,7 @@ def _limit(error: ValidationError) -> str:
         "enum": f"choose one of: {limit}",
         "type": f"must be of type {limit}",
     }.get(str(error.validator), error.message)
+    return found
 
 
 Row = Mapping[str, str]
@@ -138,7 +139,8 @@ def gravity_vector(text: str) -> np.ndarray:
     g = np.array([float(value) for value in text.split()])
     if g.shape != (3,) or not np.all(np.isfinite(g)) or not np.linalg.norm(g) > 0:
         raise ValueError(text)
-    return g / np.linalg.norm(g)
+    found: np.ndarray = g / np.linalg.norm(g)
+    return found
 
 
 def check_tissues(tissues: Iterable[str], needed: Iterable[str], *, file: str) -> None:

@@ -16,6 +16,7 @@ from mammosim.core.errors import ConfigurationError, MammosimError
 
 log = logging.getLogger(__name__)
 PACKAGE = "mammosim.chain"
+Key = tuple[Any, ...]  # of a product: its name, settings and effects, and the keys of what it is made of
 
 
 @dataclass(frozen=True)
@@ -119,9 +120,9 @@ class Chain:
     settings: Mapping[str, Any]
     effects: frozenset[str]
     stages: Mapping[str, Stage]
-    made: dict[tuple, Made] = field(default_factory=dict, compare=False, repr=False)
-    files: Mapping[tuple, Mapping[str, str]] = field(default_factory=dict, compare=False, repr=False)
-    keys: dict[str, tuple] = field(default_factory=dict, init=False, compare=False, repr=False)
+    made: dict[Key, Made] = field(default_factory=dict, compare=False, repr=False)
+    files: Mapping[Key, Mapping[str, str]] = field(default_factory=dict, compare=False, repr=False)
+    keys: dict[str, Key] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Any:
         """A product. Raises what made it fail, again each time."""
@@ -172,13 +173,13 @@ class Chain:
         keys = {each: self.key(each) for each in (*self.upstream(name), name)}
         return {each: self.made[key].seconds for each, key in keys.items() if key in self.made}
 
-    def key(self, name: str) -> tuple:
+    def key(self, name: str) -> Key:
         """All that a product depends on: two chains that agree in it share the product."""
         if name not in self.keys:
             self.keys[name] = self._key(name)
         return self.keys[name]
 
-    def _key(self, name: str) -> tuple:
+    def _key(self, name: str) -> Key:
         stage = self.stages[name]
         return (
             name,

@@ -13,7 +13,8 @@ from mammosim.chain.phantom import healthy
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
-from mammosim.xray.asked import EnergyIn, ScatterAnswer, ScatterImage
+from mammosim.xray.answer import ScatterAnswer
+from mammosim.xray.asked import EnergyIn, ScatterImage
 from mammosim.xray.attenuation import Material, material, mixture
 from mammosim.xray.blocks import Limits
 from mammosim.xray.detector import Exposure, Scatter, expose, on_pixels

@@ -189,7 +189,8 @@ class _Body:
 
     def ratios(self, x: np.ndarray) -> np.ndarray:
         """(n_cell,): the smallest Jacobian of each whole cell over that of the reference."""
-        return smallest_jacobians(x, self.mesh.cells) / self.volumes
+        found: np.ndarray = smallest_jacobians(x, self.mesh.cells) / self.volumes
+        return found
 
     def step(self, x: np.ndarray, hold: np.ndarray, level: int, began: float) -> MorphStep:
         """The row of the history."""
@@ -271,7 +272,8 @@ def _node_areas(mesh: TetMesh, boundary: str) -> np.ndarray:
     a, b, c = (mesh.points[faces[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     A = np.bincount(faces.ravel(), np.repeat(area / 6, 6), minlength=len(mesh.points))
-    return A[np.unique(faces)]
+    found: np.ndarray = A[np.unique(faces)]
+    return found
 
 
 def _require_unfolded(mesh: TetMesh) -> np.ndarray:

@@ -49,7 +49,8 @@ class Lesion:
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Whether points (n, 3) lie inside, (n,) bool."""
-        return np.linalg.norm(points - self.centre, axis=1) <= self.radius_mm
+        found: np.ndarray = np.linalg.norm(points - self.centre, axis=1) <= self.radius_mm
+        return found
 
     @property
     def volume_mm3(self) -> float:
@@ -114,7 +115,12 @@ def voxel_breast(
 
 
 def with_lesion(
-    phantom: LabelMap, mesh: TetMesh, measured: np.ndarray, lesion: Lesion, *, kept: tuple = (Label.SKIN,)
+    phantom: LabelMap,
+    mesh: TetMesh,
+    measured: np.ndarray,
+    lesion: Lesion,
+    *,
+    kept: tuple[Label, ...] = (Label.SKIN,),
 ) -> LabelMap:
     """The phantom with the lesion, which has moved with the tissue from the measured to the deformed shape.
 
@@ -168,7 +174,8 @@ def skin_depth(mesh: TetMesh, inside: np.ndarray, grid: Grid) -> np.ndarray:
     if not air.any():
         return np.full(inside.shape, np.inf)
     step = grid.spacing[::-1]
-    return ndimage.distance_transform_edt(~air, sampling=step) - step.mean() / 2
+    found: np.ndarray = ndimage.distance_transform_edt(~air, sampling=step) - step.mean() / 2
+    return found
 
 
 def conservation_table(

@@ -44,7 +44,8 @@ class MaterialPoints:
 
     def carry(self, points: np.ndarray) -> np.ndarray:
         """Where they are, (n, 3), when the nodes of the mesh are at points (n_node, 3): x = sum_a N_a x_a."""
-        return np.einsum("na,nad->nd", self.weights, points[self.nodes])
+        found: np.ndarray = np.einsum("na,nad->nd", self.weights, points[self.nodes])
+        return found
 
     def normals(self, points: np.ndarray) -> np.ndarray:
         """Unit normals (n, 3) of their faces there, outward, when the nodes are at points (n_node, 3)."""
@@ -53,7 +54,8 @@ class MaterialPoints:
         x = points[self.nodes]
         along, across = (np.einsum("na,nad->nd", slopes[:, k] - slopes[:, 0], x) for k in (1, 2))
         normal = np.cross(along, across)
-        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        found: np.ndarray = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        return found
 
     def carry_above(self, given: np.ndarray, points: np.ndarray, new: np.ndarray) -> np.ndarray:
         """Where balls with centres `given` (n, 3) are, (n, 3), each as high above the skin as it was.
@@ -61,7 +63,8 @@ class MaterialPoints:
         points, new: (n_node, 3) of the nodes, where the balls were given and now; x + h n, h = (p - x0) . n0.
         """
         h = np.einsum("nd,nd->n", given - self.carry(points), self.normals(points))
-        return self.carry(new) + h[:, None] * self.normals(new)
+        found: np.ndarray = self.carry(new) + h[:, None] * self.normals(new)
+        return found
 
 
 def shape_slopes(L: np.ndarray) -> np.ndarray:

@@ -92,7 +92,8 @@ def pressed(inputs: Inputs) -> Pressed:
 def _known(inputs: Inputs) -> LoadPath | None:
     """The standard's load path; None where it was not found."""
     try:
-        return inputs["standard_path"]
+        found: LoadPath | None = inputs["standard_path"]
+        return found
     except MammosimError:
         return None
 

@@ -122,7 +122,8 @@ def _under_plates(setup: PressSetup, x: np.ndarray) -> np.ndarray:
     """Whether the middle of each cell is before the plates' chest edge and between their sides (n_cell,)."""
     plates = setup.plates
     y = (x[setup.mesh.cells[:, :4]].mean(axis=1) - plates.centre) @ plates.axes
-    return np.all(np.abs(y[:, :2]) <= plates.half_sizes[:2], axis=1)
+    found: np.ndarray = np.all(np.abs(y[:, :2]) <= plates.half_sizes[:2], axis=1)
+    return found
 
 
 def quantile(values: pd.Series, weights: pd.Series, share: float) -> float:

@@ -23,7 +23,8 @@ class MaterialVolume:
 
     def carry(self, mesh: TetMesh, points: np.ndarray) -> np.ndarray:
         """Where the sample points are, (n, 3), when the nodes of `mesh` are at points (n_node, 3)."""
-        return np.einsum("qa,cad->cqd", self.N, points[mesh.cells]).reshape(-1, 3)
+        found: np.ndarray = np.einsum("qa,cad->cqd", self.N, points[mesh.cells]).reshape(-1, 3)
+        return found
 
 
 def material_volume(mesh: TetMesh, reference: np.ndarray) -> MaterialVolume:

@@ -34,9 +34,10 @@ class Quantity:
 def _d_noise(chain: Chain) -> float:
     """From the 95 % interval of d'."""
     row = chain["mammogram"].row
-    return (row["calcification_d_high"] - row["calcification_d_low"]) / (
+    found: float = (row["calcification_d_high"] - row["calcification_d_low"]) / (
         2 * QUANTILE * row["calcification_d"]
     )
+    return found
 
 
 def _pressed(column: str) -> Callable[[Chain], float]:
@@ -119,4 +120,5 @@ def nipple_of(chain: Chain, points: np.ndarray) -> np.ndarray:
     breast = chain["breast"]
     given = breast.to_reference(breast.nipple[None])
     mesh = chain["mesh"]
-    return MaterialPoints.on(mesh, given).carry_above(given, mesh.points, points)[0]
+    found: np.ndarray = MaterialPoints.on(mesh, given).carry_above(given, mesh.points, points)[0]
+    return found

@@ -170,7 +170,7 @@ XRAY: Mapping[str, Stage] = {
         files=Files(f"results/phantom/{PRESSED}", {"rows": "_conservation.csv"}),
     ),
     "field": Stage(
-        "voxels.field",
+        "beam.field",
         ("pressed", "phantom"),
         (*GEOMETRY, "xray.tomosynthesis"),
         files=Files(f"results/xray/{PRESSED}", {"rows": "_field.csv"}),

@@ -34,7 +34,7 @@ def thickness_map(mesh: TetMesh, plates: Plates, *, pixel_mm: float = 2.0) -> pd
 
 
 @njit(cache=True)
-def _extent(triangles, u, v):  # type: ignore[no-untyped-def]
+def _extent(triangles: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The least and greatest third coordinate (n_u, n_v) of triangles (n, 3, 3) over the places u, v."""
     low, high = np.full((len(u), len(v)), np.inf), np.full((len(u), len(v)), -np.inf)
     for t in range(len(triangles)):

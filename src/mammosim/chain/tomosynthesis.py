@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -63,13 +64,13 @@ class Arc:
     geometries: tuple[Geometry, ...]
     middle_mm: float
     spectrum: Spectrum
-    settings: dict
+    settings: dict[str, Any]
     effects: tuple[str, ...]
 
     @classmethod
     def of(
         cls, labels: LabelMap, system: System, spectrum: Spectrum, *, chest_y_mm: float, pixel_mm: float,
-        settings: dict, effects: Sequence[str],
+        settings: dict[str, Any], effects: Sequence[str],
     ) -> "Arc":  # fmt: skip
         """Raises XrayError when the breast leaves the field of a view."""
         # ASSUME: tomosynthesis is taken without an anti-scatter grid.

@@ -21,7 +21,8 @@ def face_pressures(contact: RigidContact, x: np.ndarray) -> np.ndarray:
     """The mean pressure (n_face,) kPa over the whole of each face: all of them add up to the force."""
     state = contact.state(x)
     load = np.sum(state.pressure * state.areas, axis=1)
-    return load / contact.rule.areas(x, contact.faces).sum(axis=1)
+    found: np.ndarray = load / contact.rule.areas(x, contact.faces).sum(axis=1)
+    return found
 
 
 def path_of(found: Compression) -> pd.DataFrame:

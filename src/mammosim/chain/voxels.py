@@ -1,4 +1,4 @@
-"""The pressed breast as voxels with a lesion, what was conserved on the way, and whether a field holds it."""
+"""The pressed breast as voxels with a lesion, and what was conserved on the way."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.breast import Breast
-from mammosim.chain.field import field_rows
 from mammosim.chain.graph import Inputs
 from mammosim.chain.phantom import (
     Lesion,
@@ -52,7 +51,8 @@ def phantom(inputs: Inputs) -> LabelMap:
 
 def _measured(inputs: Inputs) -> np.ndarray:
     """Nodes (n_node, 3) mm where they were measured, scanner frame."""
-    return inputs["breast"].to_reference.inverse()(inputs["mesh"].points)
+    found: np.ndarray = inputs["breast"].to_reference.inverse()(inputs["mesh"].points)
+    return found
 
 
 def save_phantom(labels: LabelMap, files: Mapping[str, str], job: Mapping[str, str]) -> None:
@@ -78,27 +78,9 @@ def conservation(inputs: Inputs) -> pd.DataFrame:
     )
 
 
-def field(inputs: Inputs) -> pd.DataFrame:
-    """Whether the detectors of mammography and tomosynthesis hold the breast, see chain.field."""
-    scan = inputs.setting("xray.tomosynthesis")
-    return field_rows(
-        inputs["phantom"],
-        chest_y_mm=inputs["pressed"].plates["chest_y_mm"],
-        geometry={name: inputs.setting(f"xray.{name}") for name in GEOMETRY},
-        scan={name: scan[name] for name in ("system", "pixel_mm")},
-    )
-
-
-GEOMETRY = ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
-
-
-def _save_rows(table: pd.DataFrame, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+def save_conservation(table: pd.DataFrame, files: Mapping[str, str], job: Mapping[str, str]) -> None:
     write_table(table.assign(**job)[[*job, *table.columns]], files["rows"])
 
 
-def _load_rows(files: Mapping[str, str]) -> pd.DataFrame:
+def load_conservation(files: Mapping[str, str]) -> pd.DataFrame:
     return read_table(files["rows"])
-
-
-save_conservation = save_field = _save_rows
-load_conservation = load_field = _load_rows

@@ -175,9 +175,9 @@ def _downsampled(rgba: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def _fill(  # type: ignore[no-untyped-def]
-    image, triangles, depth, triangle, b
-):
+def _fill(
+    image: np.ndarray, triangles: np.ndarray, depth: np.ndarray, triangle: np.ndarray, b: np.ndarray
+) -> None:
     """Depth-buffer the front sides: image (n, 3) are columns, rows, towards the viewer."""
     rows, columns = depth.shape
     for t in range(len(triangles)):
