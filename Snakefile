@@ -8,6 +8,10 @@ configfile: f"{workflow.basedir}/config/default.yaml"
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/code.smk"
+include: "workflow/rules/women.smk"
+include: "workflow/rules/pages.smk"
+include: "workflow/rules/paths.smk"
 include: "workflow/rules/progress.smk"
 
 

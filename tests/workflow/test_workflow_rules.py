@@ -109,7 +109,7 @@ def test_every_key_of_the_chain_is_read_by_a_stage_or_chooses_what_is_made(repos
 
 def test_a_key_that_is_given_twice_or_is_no_number_is_named_with_its_file(study, tmp_path):
     cases = {
-        "mesh: {element_mm: 4, element_mm: 5}\n": "line 1: the key 'element_mm' is given twice",
+        "mesh: {element_mm: 4, element_mm: 5}\n": "line 1: 'element_mm' is given twice, in lines 1 and 1",
         "mesh: {behind_markers_mm: .nan}\n": "mesh.behind_markers_mm is not a finite number",
     }
     for text, words in cases.items():

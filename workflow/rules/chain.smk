@@ -116,6 +116,18 @@ def measured(volunteer, *products):
     return found
 
 
+def softening_given(volunteer, side):
+    """The chain of a breast that is loaded upright, and pressed by the standard strategy."""
+    wildcards = {"v": volunteer, "side": side, "position": "upright", "strategy": "standard", "moduli": "gravity"}
+    return job_given(["loaded", "exposed_dose"], wildcards, *study_case(wildcards))
+
+
+def propagated_given(volunteer, side):
+    """The chain of a breast that is pressed by the standard strategy."""
+    wildcards = {"v": volunteer, "side": side, "strategy": "standard", "moduli": "gravity"}
+    return job_given(["exposed_dose"], wildcards, *study_case(wildcards))
+
+
 LABELLED = ("labels", "fiducials", "transform")
 
 

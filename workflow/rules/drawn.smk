@@ -29,12 +29,6 @@ TOLD = {
 }
 
 
-def drawn_by(wildcards):
-    """The package files that the function of a figure depends on."""
-    home_of_it = DRAWN[wildcards.figure][0].split(".")[0]
-    return dependencies([SCRIPTS / "figure.py", PACKAGE / "figures" / f"{home_of_it}.py"])
-
-
 rule figure:
     """One figure of one or two tables; its function says what it shows."""
     input:

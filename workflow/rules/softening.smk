@@ -3,12 +3,6 @@ SOFTENING = config["softening"]
 PAGES["softening"] = {"tables": ["softening"], "figures": ["softening"]}
 
 
-def softening_given(volunteer, side):
-    """The chain of a breast that is loaded upright, and pressed by the standard strategy."""
-    wildcards = {"v": volunteer, "side": side, "position": "upright", "strategy": "standard", "moduli": "gravity"}
-    return job_given(["loaded", "exposed_dose"], wildcards, *study_case(wildcards))
-
-
 rule soften:
     """One breast with its fitted moduli, and with other ones: nipple, force, thickness and dose."""
     input:

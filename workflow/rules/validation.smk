@@ -11,12 +11,6 @@ wildcard_constraints:
     rank="fit|[0-9]+",
 
 
-def propagated_given(volunteer, side):
-    """The chain of a breast that is pressed by the standard strategy."""
-    wildcards = {"v": volunteer, "side": side, "strategy": "standard", "moduli": "gravity"}
-    return job_given(["exposed_dose"], wildcards, *study_case(wildcards))
-
-
 rule validate:
     """One measured position against the prediction of the fitted body: markers, nipples, skin."""
     input:

@@ -9,12 +9,6 @@ GEOMETRY = {
 }
 
 
-def imaging_systems():
-    """Rows of the table of systems by name, None where one has a gap."""
-    rows = read_plain(PACKAGE / "io" / "data" / "imaging_systems.csv")
-    return {row["system"]: {key: value or None for key, value in row.items()} for row in rows}
-
-
 known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 if workflow.is_main_process:
     for words in foreseen(config, STRATEGIES, imaging_systems()):

@@ -120,6 +120,31 @@ def test_without_scatter_the_mammogram_needs_none(chain):
     assert none["mammogram"].row["scatter_to_primary"] == 0 < chain["mammogram"].row["scatter_to_primary"]
 
 
+def test_a_method_or_a_start_that_is_the_mean_needs_the_mean_shape(chain):
+    assert "mean_shape" not in chain.needs("stress_free")
+    for name, value in (("default", "mean_start"), ("start", "mean")):
+        other = chain.with_settings({f"mechanics.stress_free.{name}": value})
+        assert "mean_shape" in other.needs("stress_free")
+
+
+def test_all_views_together_take_their_share_of_the_exposure(chain):
+    share = chain.setting("xray.tomosynthesis")["exposure_share"]
+    half = chain.with_settings({"xray.tomosynthesis.exposure_share": share / 2})
+    assert chain["views"].mas == pytest.approx(share * chain["exposure"])
+    assert half["views"].mas == pytest.approx(chain["views"].mas / 2)
+
+
+def test_what_is_conserved_is_told_of_the_breast_without_its_lesion(chain):
+    """Else gland would be lost where the lesion stands."""
+    rows = chain["conservation"].query(
+        "quantity == 'volume_mm3' and step == 'voxels' and tissue == 'glandular'"
+    )
+    voxels = chain["healthy_phantom"]
+    gland = np.count_nonzero(voxels.values == Label.GLANDULAR) * voxels.grid.voxel_volume
+    assert rows.after.iloc[0] == pytest.approx(gland)
+    assert np.count_nonzero(chain["phantom"].values == Label.LESION) > 0
+
+
 def test_friction_has_a_load_path_of_its_own(repository):
     rough = small_chain(repository, also=("friction",))
     assert "standard_path" not in rough.needs("pressed")
