@@ -1,14 +1,16 @@
 """Renew config/costs.tsv from what Snakemake measured: `python tools/renew_costs.py results/benchmarks`.
 
-Rules that did not run keep their line.
+Rules that did not run keep their line; rules that are gone lose it.
 """
 
+import re
 import sys
 from pathlib import Path
 
 import pandas as pd
 
-COSTS = Path(__file__).parents[1] / "config" / "costs.tsv"
+HOME = Path(__file__).parents[1]
+COSTS = HOME / "config" / "costs.tsv"
 HEAD = "# what one job of a rule takes in the default study: processor seconds, largest memory in MB;\n"
 HEAD += "# the estimate of the time left and `snakemake plan` read them; renewed by tools/renew_costs.py\n"
 
@@ -19,7 +21,12 @@ def main(folder: Path) -> None:
         pd.concat(parts).groupby("rule").agg(seconds=("cpu_time", "mean"), memory_mb=("max_rss", "max"))
     )
     before = pd.read_table(COSTS, comment="#").set_index("rule")
+    texts = [path.read_text(encoding="utf-8") for path in (HOME / "workflow/rules").glob("*.smk")]
+    rules = {
+        name for text in texts for name in re.findall(r"^(?:rule|checkpoint) (\w+):", text, re.MULTILINE)
+    }
     table = measured.combine_first(before).round({"seconds": 1, "memory_mb": 0}).sort_index()
+    table = table[table.index.isin(rules)]
     COSTS.write_text(HEAD + table[["seconds", "memory_mb"]].to_csv(sep="\t", lineterminator="\n"))
 
 

@@ -1,6 +1,7 @@
 """What the rules promise before anything runs."""
 
 import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -88,6 +89,21 @@ def test_every_stage_of_a_volunteer_may_find_no_answer(repository):
     assert unable - on_demand - {"figure_spectra", "figure_report195"} == MUST_SUCCEED
 
 
+def test_jobs_that_make_products_by_themselves_depend_on_the_code_of_their_stages(study):
+    """Stages are imported by name: their files have to be declared, or an edit would leave old answers."""
+    jobs = study.jobs("--forceall", "scenes", "softening", "accuracy")
+    for rule in ("soften", "screen", "accuracy_start", "accuracy_trial", "propagate_press", "dose"):
+        for inputs in (inputs for job, inputs in jobs.items() if job.split(":")[0] == rule):
+            declared = {Path(path).as_posix().rsplit("mammosim/", 1)[-1] for path in inputs}
+            assert {
+                "chain/press.py",
+                "chain/photons.py",
+                "xray/dose.py",
+                "mechanics/newton.py",
+            } <= declared, rule
+    assert {job.split(":")[0] for job in jobs} >= {"soften", "screen", "accuracy_start"}
+
+
 # Keys that choose what is made, and not how: rules read them.
 CHOOSE = {
     *("segmentation.positions", "mechanics.sweep", "mechanics.upright", "mechanics.unloading"),
@@ -101,7 +117,11 @@ def test_every_key_of_the_chain_is_read_by_a_stage_or_chooses_what_is_made(repos
     read = {name for stage in STAGES.values() for name in stage.reads}
     groups = ("registration", "segmentation", "mesh", "morph", "mechanics", "effects", "compression", "xray")
     keys = {f"{group}.{key}" for group in groups for key in config[group]}
-    unread = {key for key in keys if not any(f"{key}.".startswith(f"{name}.") for name in read)}
+    unread = {
+        key
+        for key in keys
+        if not any(f"{key}.".startswith(f"{name}.") or name.startswith(f"{key}.") for name in read)
+    }
     assert unread == CHOOSE
     text = "\n".join(path.read_text() for path in (repository / "workflow/rules").glob("*.smk"))
     assert [key for key in CHOOSE if f'["{key.split(".")[1]}"]' not in text] == []

@@ -5,8 +5,9 @@ ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"
 TRIED = ACCURACY["volunteer"]  # the volunteer
 known_strategies([ACCURACY["load"]["strategy"]], WAYS, config["accuracy"])
 TRIED_PLACES = {"v": TRIED, "side": ACCURACY["side"], "moduli": "gravity"} | ACCURACY["load"]
-TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials")
+TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
 TRIED_SETTINGS = settings_of(TRIED_PLACES)
+TRIED_PRODUCTS = ("loaded", "exposed_dose", "mammogram", "slices")
 try:
     KNOBS = knobs(ACCURACY["knobs"], TRIED_SETTINGS)
 except ConfigurationError as error:
@@ -27,12 +28,12 @@ rule accuracy_start:
     """The chain of one breast at today's settings, which every trial begins with."""
     input:
         unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
-        library=library("accuracy_start.py"),
+        library=[*library("accuracy_start.py"), *code(*STAGES)],
     output:
         folder=directory("results/accuracy/start"),
         table="results/accuracy/chain.csv",
     params:
-        given=lambda wildcards: job_given([*STAGES], TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
+        given=lambda wildcards: job_given(TRIED_PRODUCTS, TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
         quantities=ASKED,
     log:
         "results/logs/accuracy_start/all.log",
@@ -49,11 +50,11 @@ rule accuracy_trial:
     input:
         unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
         start="results/accuracy/start",
-        library=library("accuracy_trial.py"),
+        library=[*library("accuracy_trial.py"), *code(*STAGES)],
     output:
         "results/accuracy/{knob}/{value}.csv",
     params:
-        given=lambda wildcards: job_given([*STAGES], TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
+        given=lambda wildcards: job_given(TRIED_PRODUCTS, TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
         knob=lambda wildcards: KNOBS[wildcards.knob].alone(wildcards.value),
         repeats=ACCURACY["repeats"],
     log:

@@ -23,6 +23,11 @@ def load_of(wildcards):
     if "moduli" in wildcards:
         load |= {"moduli": wildcards["moduli"], "tissues": moduli_table(wildcards["moduli"])}
         load |= {"thickness_mm": COMPRESSION["thickness_mm"].get(wildcards["v"])}
+        if load["thickness_mm"] is None and ("strategy" in wildcards or "position" not in wildcards):
+            raise WorkflowError(
+                f"ConfigurationError: {wildcards['v']} has no thickness to be pressed to; add her to "
+                "compression.thickness_mm"
+            )
     if "strategy" in wildcards:
         load |= {"strategy": WAYS[wildcards["strategy"]]}
     return load
@@ -67,11 +72,13 @@ def case(products, wildcards):
 
 def job_given(products, wildcards, settings, effects):
     """Subject, settings and effects of a job, as far as they can change these products."""
-    used = {each for product in products for each in (*upstream(STAGES, product), product)}
+    subject = subject_of(wildcards)
+    chain = chain_of({"subject": subject, "settings": settings, "effects": effects}, {})
+    used = dict.fromkeys(each for product in products for each in (*chain.upstream(product), product))
     acting = {effect for name in used for effect in STAGES[name].effects}
     return {
-        "subject": subject_of(wildcards),
-        "settings": pruned(settings, read_by(STAGES, products)),
+        "subject": subject,
+        "settings": pruned(settings, [name for each in used for name in STAGES[each].reads]),
         "effects": [effect for effect in effects if effect in acting],
     }
 
@@ -128,7 +135,8 @@ def propagated_given(volunteer, side):
     return job_given(["exposed_dose"], wildcards, *study_case(wildcards))
 
 
-LABELLED = ("labels", "fiducials", "transform")
+BOTH = ["reference_mesh"] if "mean_start" in (STRESS_FREE["default"], f"{STRESS_FREE['start']}_start") else []
+LABELLED = ("labels", "fiducials", "transform", *BOTH)
 
 
 def writes(*products):

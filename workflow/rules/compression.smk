@@ -13,7 +13,7 @@ XRAYED = "standard_gravity"  # what is X-rayed by default; any other strategy an
 
 wildcard_constraints:
     strategy="|".join(WAYS),
-    moduli="|".join(["gravity", *(file.stem for file in (HOME / "config/tissues").glob("*.yaml"))]),
+    moduli="|".join({"gravity", *MODULI, *tissue_files()}),
 
 
 rule standard_path:

@@ -127,8 +127,8 @@ def scene_settings(name, accuracy=None):
         known_strategies([values["load"]["strategy"]], WAYS, f"config/scenes/{name}.yaml")
         thickness_of(name, values["volunteer"])
     settings = settings_of(places) | {"tissues": tissue_table(values["tissues"])}
-    if places["moduli"] not in MODULI:  # its pressures are those of the study's own moduli
-        settings = overridden(settings, {"load": {"moduli": "gravity"}})
+    # Whatever tissues it has, its pressures are those of the study's own moduli.
+    settings = overridden(settings, {"load": {"moduli": "gravity"}})
     # What the images were labelled with is the study's.
     labelled = ("registration", "segmentation")
     others = {k: v for k, v in preset(accuracy or SCENES[name].accuracy).items() if k in settings and k not in labelled}
@@ -186,7 +186,9 @@ def known_effects(scene, model):
     """The effects of a model of a scene; None of a screened one that was not screened yet."""
     found = effects_or_file(scene)
     if model == "screened" and isinstance(found, str):
-        return SCENES[scene].modelled(model, read_plain(found)) if Path(found).exists() else None
+        rows = read_plain(found) if Path(found).exists() else []
+        # A scene that is new in its family waits for the next screening.
+        return SCENES[scene].modelled(model, rows) if any(each["scene"] == scene for each in rows) else None
     return SCENES[scene].modelled(model, None)
 
 

@@ -18,7 +18,7 @@ checkpoint screen:
     """Which effects each scene of a family calls for: what leaving them out or adding them does, on the coarse model."""
     input:
         unpack(lambda wildcards: measured(volunteer_of_family(wildcards.family), *LABELLED)),
-        library=library("screen.py"),
+        library=[*library("screen.py"), *code(*STAGES)],
     output:
         effects="results/scenes/screening/{family}.csv",
         joint="results/scenes/screening/{family}_joint.csv",
@@ -45,7 +45,7 @@ rule scene_answer:
         unpack(lambda wildcards: measured(SCENE_VALUES[wildcards.scene]["volunteer"], *LABELLED)),
         unpack(answer_inputs),
         screening=screening_of,
-        library=library("scene_answer.py"),
+        library=[*library("scene_answer.py"), *code(*STAGES)],
     output:
         "results/scenes/answers/{scene}_{model}.json",
     params:

@@ -9,7 +9,7 @@ rule soften:
         unpack(lambda wildcards: measured(wildcards.v, *LABELLED)),
         moduli="results/identification/{v}/moduli.csv",
         fit="results/identification/{v}/fit.csv",
-        library=library("soften.py"),
+        library=[*library("soften.py"), *code("loaded", "exposed_dose")],
     output:
         "results/softening/{v}/{side}.csv",
     params:

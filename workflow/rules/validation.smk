@@ -74,7 +74,7 @@ rule propagate_press:
         samples="results/identification/{v}/samples.csv",
         rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
         order=lambda wildcards: order_of(wildcards) if wildcards.rank != "fit" else [],
-        library=library("propagate_press.py"),
+        library=[*library("propagate_press.py"), *code("exposed_dose")],
     output:
         row="results/propagation/{v}/{side}_{rank}.csv",
         shape="results/propagation/{v}/{side}_{rank}.vtu",

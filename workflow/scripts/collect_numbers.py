@@ -6,7 +6,7 @@ from pathlib import Path
 import _log
 
 from mammosim.core.errors import MissingResult
-from mammosim.io.tables import read_table, write_json
+from mammosim.io.tables import read_rows, read_table, write_json
 from mammosim.study.report.headlines import headlines
 from mammosim.study.report.summary import numbers
 
@@ -46,8 +46,10 @@ def main(paths: list[str], out: str) -> None:
     for path in paths:
         with suppress(MissingResult):  # a number of a table that is missing is a dash in the report
             tables[Path(path).stem] = read_table(path)
+    # Strategies that found no equilibrium are counted.
+    rows = {Path(path).stem: read_rows(path) for path in paths if Path(path).stem == "compression"}
     quoted = {name: tables[name].drop(columns=TIMES, errors="ignore") for name in KEYS if name in tables}
-    write_json(headlines(tables) | numbers(quoted, KEYS), out)
+    write_json(headlines(tables | rows) | numbers(quoted, KEYS), out)
 
 
 if __name__ == "__main__":

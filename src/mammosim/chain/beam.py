@@ -47,12 +47,11 @@ def load_spectrum(files: Mapping[str, str]) -> Spectrum:
 
 def field(inputs: Inputs) -> pd.DataFrame:
     """Whether the detectors of mammography and tomosynthesis hold the breast, see chain.field."""
-    scan = inputs.setting("xray.tomosynthesis")
     return field_rows(
         inputs["phantom"],
         chest_y_mm=inputs["pressed"].plates["chest_y_mm"],
         geometry={name: inputs.setting(f"xray.{name}") for name in GEOMETRY},
-        scan={name: scan[name] for name in ("system", "pixel_mm")},
+        scan={name: inputs.setting(f"xray.tomosynthesis.{name}") for name in ("system", "pixel_mm")},
     )
 
 

@@ -2,6 +2,8 @@
 
 from mammosim.chain.graph import Inputs
 
+MEASURED_BY_IT = {"force_share", "pressure_kpa"}
+
 
 def is_moved(inputs: Inputs) -> bool:
     """Whether the measured position is moved into the frame of another one."""
@@ -10,13 +12,13 @@ def is_moved(inputs: Inputs) -> bool:
 
 def begins_with_mean(inputs: Inputs) -> bool:
     """Whether the first guess of the stress-free shape is the mean of two measured positions."""
-    given = inputs.setting("mechanics.stress_free")
-    return "mean_start" in (given["default"], f"{given['start']}_start")
+    method, start = (inputs.setting(f"mechanics.stress_free.{name}") for name in ("default", "start"))
+    return "mean_start" in (method, f"{start}_start")
 
 
 def continues_standard(inputs: Inputs) -> bool:
-    """Whether a strategy uses the standard's load path; with friction only one that is measured by it."""
-    return "thickness_share" not in inputs.setting("load.strategy")["until"] or not inputs.has("friction")
+    """Whether a strategy uses the standard's load path; with friction only one measured by it does."""
+    return bool(MEASURED_BY_IT & set(inputs.setting("load.strategy")["until"])) or not inputs.has("friction")
 
 
 def is_scattered(inputs: Inputs) -> bool:

@@ -70,6 +70,11 @@ class Stage:
         """The module of its function, '' where it has none."""
         return f"{PACKAGE}.{self.function.split('.')[0]}" if isinstance(self.function, str) else ""
 
+    def ready(self) -> None:
+        """Import its module, which is not its product's time."""
+        if isinstance(self.function, str) and self.function:
+            import_module(self.module)
+
     def make(self, inputs: "Inputs") -> Any:
         """Its product. Raises ConfigurationError where it can only be given."""
         if not isinstance(self.function, str):
@@ -203,8 +208,9 @@ class Chain:
         """A product, made or read unless it was before, or why it was not, again each time."""
         key = self.key(name)
         if key not in self.made:
-            began, value, refusal = time.process_time(), None, None
             stage, read = self.stages[name], key in self.files
+            stage.ready()
+            began, value, refusal = time.process_time(), None, None
             inputs = Inputs(self, stage)
             try:
                 value = stage.load(self.files[key]) if read else stage.make(inputs)

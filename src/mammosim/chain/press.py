@@ -81,7 +81,9 @@ def pressed(inputs: Inputs) -> Pressed:
     """
     strategy, setup = Strategy.of(inputs.setting("load.strategy")), inputs["press_setup"]
     if continues_standard(inputs):
-        setup = replace(setup, standard=_known(inputs))
+        # The standard itself is where its load path ends; without one it has no answer.
+        itself = strategy == Strategy(Rigid(), ThicknessShare(1.0))
+        setup = replace(setup, standard=inputs["standard_path"] if itself else _known(inputs))
     try:
         return pressed_breast(setup, strategy.press(setup), inputs.setting("compression.thresholds"))
     except NoStandard:

@@ -42,7 +42,7 @@ MEASURED: Mapping[str, Stage] = {
         "images.reference_fiducials", files=Files("results/fiducials/{v}/{reference}", {"fiducials": ".csv"})
     ),
     "reference_mesh": Stage(
-        "body.reference_mesh", files=Files("results/meshes/{v}/{reference}", {"mesh": ".vtu"})
+        "meshed.reference_mesh", files=Files("results/meshes/{v}/{reference}", {"mesh": ".vtu"})
     ),
 }
 LABELLED: Mapping[str, Stage] = {
@@ -89,7 +89,7 @@ LABELLED: Mapping[str, Stage] = {
 }
 MECHANICS: Mapping[str, Stage] = {
     "mesh": Stage(
-        "body.mesh",
+        "meshed.mesh",
         ("breast",),
         ("mesh",),
         files=Files("results/meshes/{v}/{p}{also}", {"mesh": ".vtu"}, beside={"quality": "_quality.csv"}),
@@ -109,7 +109,7 @@ MECHANICS: Mapping[str, Stage] = {
     "stress_free": Stage(
         "unloaded.stress_free",
         ("breast", "mesh", "body", Need("mean_shape", begins_with_mean)),
-        ("mechanics.stress_free",),
+        _in("mechanics.stress_free", "default", "start", "iterations", "tolerance_mm"),
         files=Files(
             "results/mechanics/{v}/stress_free/{p}_{method}{also}",
             {"shape": ".vtu"},
@@ -172,7 +172,7 @@ XRAY: Mapping[str, Stage] = {
     "field": Stage(
         "beam.field",
         ("pressed", "phantom"),
-        (*GEOMETRY, "xray.tomosynthesis"),
+        (*GEOMETRY, "xray.tomosynthesis.system", "xray.tomosynthesis.pixel_mm"),
         files=Files(f"results/xray/{PRESSED}", {"rows": "_field.csv"}),
     ),
     "spectrum": Stage(

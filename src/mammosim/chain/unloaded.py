@@ -9,6 +9,7 @@ import pandas as pd
 from mammosim.chain.conditions import begins_with_mean
 from mammosim.chain.graph import Inputs
 from mammosim.chain.morph import Morph, MorphSettings, morphed, sound_mean
+from mammosim.core.errors import ConfigurationError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
 from mammosim.io.meshes import read_mesh, write_mesh
@@ -19,6 +20,7 @@ from mammosim.mechanics.unloaded import UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
 from mammosim.meshing.distance import surface_distance
 
+GIVEN = ("default", "iterations", "tolerance_mm")
 HISTORY = ["iteration", "mean_mm", "max_mm", "damping", "factorisations", "seconds"]
 
 
@@ -45,7 +47,12 @@ class MeanShape:
 
 
 def mean_shape(inputs: Inputs) -> MeanShape:
-    """By surfaces alone; nearer to the measured body where the mean would fold."""
+    """By surfaces alone; nearer to the measured body where the mean would fold.
+
+    Raises ConfigurationError where the measured position is the reference itself.
+    """
+    if not inputs.subject.moves:
+        raise ConfigurationError("a mean needs two positions: begin with the measured shape")
     mesh, reference, given = inputs["mesh"], inputs["reference_mesh"], inputs.setting("morph")
     settings = MorphSettings(tuple(given["stiffness_kpa_per_mm"]), given["updates"])
     found = morphed(mesh, reference, settings=settings)
@@ -73,7 +80,8 @@ def load_mean_shape(files: Mapping[str, str]) -> MeanShape:
 
 def stress_free(inputs: Inputs) -> StressFree:
     """By the method of the settings."""
-    mesh, given = inputs["mesh"], inputs.setting("mechanics.stress_free")
+    mesh = inputs["mesh"]
+    given = {name: inputs.setting(f"mechanics.stress_free.{name}") for name in GIVEN}
     start = inputs["mean_shape"].mesh.points if begins_with_mean(inputs) else None
     found = METHODS[given["default"]](
         mesh,

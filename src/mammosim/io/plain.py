@@ -7,10 +7,11 @@ from typing import Any
 
 
 def read_plain(path: str | Path) -> list[dict[str, str]]:
-    """The rows of a table as text: a `.csv` by commas, else by tabs; lines with `#` first are comments."""
+    """The rows of a table as text: a `.csv` by commas, else by tabs. `#` begins a comment."""
     separator = "," if Path(path).suffix == ".csv" else "\t"
-    with Path(path).open(encoding="utf-8", newline="") as file:
-        lines = (line for line in file if not line.startswith("#"))
+    with Path(path).open(encoding="utf-8-sig", newline="") as file:
+        cut = (line.split("#")[0] if separator == "\t" else line for line in file)
+        lines = (line for line in cut if line.strip() and not line.startswith("#"))
         return list(csv.DictReader(lines, delimiter=separator, skipinitialspace=True))
 
 

@@ -4,7 +4,9 @@ from mammosim.io.plain import not_finite, read_plain, repeated
 
 
 def test_rows_are_text_and_comments_are_left_out(tmp_path):
-    (tmp_path / "a.tsv").write_text("# from somewhere\nname\tmm\n007\t\n")
+    (tmp_path / "a.tsv").write_text(
+        "\ufeffname\tmm\n# from somewhere\n007\t# not measured\n", encoding="utf-8"
+    )
     (tmp_path / "b.csv").write_text('name, mm\n"a, b", 1.5\n')
     assert read_plain(tmp_path / "a.tsv") == [{"name": "007", "mm": ""}]
     assert read_plain(tmp_path / "b.csv") == [{"name": "a, b", "mm": "1.5"}]

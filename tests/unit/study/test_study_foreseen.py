@@ -26,6 +26,13 @@ def test_nothing_of_the_published_study_is_bound_to_fail(study):
     assert foreseen(*study) == []
 
 
+def test_a_beam_that_no_machine_has_is_named(study):
+    settings, strategies, systems = study
+    settings["xray"]["effects"].remove("paddle")
+    (words,) = foreseen(settings, strategies, systems)
+    assert words.endswith("as they are with the paddle, since xray.effects lacks paddle")
+
+
 def test_a_strategy_that_no_woman_can_bear_is_named(study):
     settings, strategies, systems = study
     strategies["squash"] = {"until": {"thickness_share": 0.3}}

@@ -45,9 +45,9 @@ def write_start(chain: Chain, folder: str | Path) -> None:
     """The products KEPT of a chain, as far as they were made for an answer."""
     Path(folder).mkdir(parents=True, exist_ok=True)
     for name in KEPT:
-        if name not in chain.stages or chain.key(name) not in chain.made:
-            continue
-        chain.stages[name].save(chain[name], _paths(folder, name, beside=True), {})
+        made = chain.made.get(chain.key(name)) if name in chain.stages else None
+        if made is not None and made.refusal is None:
+            chain.stages[name].save(made.value, _paths(folder, name, beside=True), {})
 
 
 def start_files(folder: str | Path) -> dict[str, dict[str, str]]:

@@ -72,7 +72,7 @@ class Trial:
         """
         rows: list[dict[str, Any]] = []
         ends = bool(COSTLY_END & self.touched & needed(self.knob.quantities))
-        if not (ends or self.costly):
+        if not (ends or self.costly or IMAGES & self.touched):
             self._warm_up()
         for repeat in range(self.repeats["presses" if ends else "others"]):
             rows += self._repeat(repeat)

@@ -12,7 +12,12 @@ def foreseen(settings: Values, strategies: Mapping[str, Values], systems: Mappin
     settings: of the study; strategies: those compared, as in config/strategies.yaml; systems: rows of the
     table imaging_systems by name.
     """
-    return [*_strategies(settings, strategies), *_system(settings, systems), *_field(settings)]
+    return [
+        *_strategies(settings, strategies),
+        *_system(settings, systems),
+        *_field(settings),
+        *_beam(settings),
+    ]
 
 
 def _strategies(settings: Values, strategies: Mapping[str, Values]) -> Iterator[str]:
@@ -53,3 +58,10 @@ def _field(settings: Values) -> Iterator[str]:
             f"xray.field_mm.width = {xray['field_mm']['width']:g} holds no breast as wide as the plates, "
             f"whose shadow is {plates['width'] * magnified:.0f} mm: images of larger breasts will be missing"
         )
+
+
+def _beam(settings: Values) -> Iterator[str]:
+    """Of a beam that no machine has: all photons of one energy, or no paddle in their way."""
+    for effect, words in (("polychromatic", "photons of many energies"), ("paddle", "the paddle")):
+        if effect not in settings["xray"]["effects"]:
+            yield f"exposure, dose and contrast as they are with {words}, since xray.effects lacks {effect}"
