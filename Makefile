@@ -68,7 +68,7 @@ LOCKED := --universal --python-version 3.11 --generate-hashes --no-annotate --no
     --no-emit-find-links --upgrade --quiet
 
 lock:  ## renew environment.lock and peers.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra dev $(LOCKED) --output-file environment.lock
+	uv pip compile pyproject.toml --extra dev --extra workflow $(LOCKED) --output-file environment.lock
 	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
 
 clean:  ## forget the environment and every result

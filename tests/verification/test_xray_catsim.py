@@ -56,7 +56,7 @@ def test_gecatsim_and_our_rays_give_the_same_image(axes):
 
 def test_without_gecatsim_its_absence_is_told_and_what_it_cannot_do_is_refused():
     if not INSTALLED:
-        with pytest.raises(XrayError, match=r"install mammosim\[catsim\]"):
+        with pytest.raises(XrayError, match=r"install mammosim\[peers\]"):
             primary_by_catsim(breast(), view(X, Y), BEAM)
     turned = np.array([0.8, 0.6, 0.0]), np.array([-0.6, 0.8, 0.0])
     with pytest.raises(XrayError, match="along x and y"):

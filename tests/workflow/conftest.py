@@ -43,7 +43,7 @@ class Study:
         jobs, rule = {}, ""
         for line in self.snakemake("--dry-run", *arguments).stdout.splitlines():
             word, _, rest = line.strip().partition(": ")
-            if word.startswith(("rule ", "localrule ")):
+            if word.startswith(("rule ", "localrule ", "checkpoint ")):
                 rule, inputs = word.split()[1].rstrip(":"), []
             elif word == "input" and rule:
                 inputs = rest.split(", ")

@@ -1,5 +1,6 @@
 """The chain of one small breast: what its stages decide between the sciences."""
 
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from mammosim.chain.phantom import healthy
 from mammosim.chain.photons import ExposedDose
 from mammosim.chain.points import MaterialPoints
 from mammosim.chain.stages import STAGES
-from mammosim.core.errors import MechanicsError, MissingResult
+from mammosim.core.errors import MissingResult
 from mammosim.core.labels import Label
 from mammosim.io.missing import write_missing
 from mammosim.io.tables import read_json, read_table
@@ -153,19 +154,29 @@ def test_friction_has_a_load_path_of_its_own(repository):
 
 
 def test_a_strategy_that_needs_no_standard_is_pressed_without_one(chain, tmp_path):
-    files = STAGES["standard_path"].files.paths(PLACES)
-    lost = {name: str(tmp_path / Path(path).name) for name, path in files.items()}
+    """A share of a thickness is; a share of a force, and the standard itself, say why there is none."""
+    lost = {name: str(tmp_path / Path(path).name) for name, path in paths_of("standard_path").items()}
     for path in lost.values():
         write_missing(path, "standard_path woman left gravity: it slides away")
-    without = type(chain)(chain.subject, chain.settings, chain.effects, chain.stages, made=dict(chain.made))
-    for name in ("standard_path", "pressed"):
-        without.made.pop(without.key(name), None)
-    without = without.kept({"standard_path": lost})
-    assert without["pressed"].row["force_n"] == pytest.approx(chain["pressed"].row["force_n"], rel=1e-4)
-    relative = without.with_settings({"load.strategy": {"until": {"force_share": 0.5}}})
-    relative = relative.kept({"standard_path": lost})
-    with pytest.raises((MechanicsError, MissingResult), match="it slides away"):
-        relative["pressed"]
+
+    def pressed(until, *, without):
+        other = chain.with_settings({"load.strategy": {"until": until}})
+        if without:
+            made = {
+                key: found for key, found in chain.made.items() if key[0] not in ("standard_path", "pressed")
+            }
+            other = replace(other, made=made).kept({"standard_path": lost})
+        return other["pressed"].row["force_n"]
+
+    thicker = {"thickness_share": 1.1}
+    assert pressed(thicker, without=True) == pytest.approx(pressed(thicker, without=False), rel=1e-3)
+    for until in ({"force_share": 0.5}, {"thickness_share": 1.0}):
+        with pytest.raises(MissingResult, match="it slides away"):
+            pressed(until, without=True)
+
+
+def paths_of(name):
+    return STAGES[name].files.paths(PLACES)
 
 
 @pytest.fixture(scope="module")
