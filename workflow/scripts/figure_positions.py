@@ -2,7 +2,7 @@
 
 import _stage
 
-from mammosim.chain.configuration import gravity_vector
+from mammosim.core.positions import gravity_vector
 from mammosim.figures.volunteers import positions
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import write_figure

@@ -4,7 +4,7 @@ from functools import partial
 
 import _stage
 
-from mammosim.chain.configuration import gravity_vector
+from mammosim.core.positions import gravity_vector
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table

@@ -4,7 +4,7 @@ import _stage
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.configuration import gravity_vector
+from mammosim.core.positions import gravity_vector
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table

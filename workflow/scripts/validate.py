@@ -2,8 +2,8 @@
 
 import _stage
 
-from mammosim.chain.configuration import gravity_vector
 from mammosim.chain.outcome import VERIFIED
+from mammosim.core.positions import gravity_vector
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table

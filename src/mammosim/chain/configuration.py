@@ -8,7 +8,7 @@ import numpy as np
 from jsonschema import Draft202012Validator, ValidationError
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.core.positions import GRAVITY
+from mammosim.core.positions import GRAVITY, gravity_vector
 
 # Angle between the stated gravity and +y (posterior), degrees: what each position can mean.
 ANGLE_TO_POSTERIOR_DEG = {
@@ -132,15 +132,6 @@ def _check_gravity(volunteer: str, position: str, gravity: str, file: str) -> No
             f"{position!r} ({low} to {high} degrees); correct the position, or the gravity "
             "(LPS: prone is '0 -1 0')"
         )
-
-
-def gravity_vector(text: str) -> np.ndarray:
-    """Unit vector (3,) of 'x y z'. Raises ValueError for anything else."""
-    g = np.array([float(value) for value in text.split()])
-    if g.shape != (3,) or not np.all(np.isfinite(g)) or not np.linalg.norm(g) > 0:
-        raise ValueError(text)
-    found: np.ndarray = g / np.linalg.norm(g)
-    return found
 
 
 def check_tissues(tissues: Iterable[str], needed: Iterable[str], *, file: str) -> None:

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.breast import Breast
-from mammosim.chain.configuration import gravity_vector
 from mammosim.chain.graph import Inputs
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.fiducials import Fiducials
+from mammosim.core.positions import gravity_vector
 from mammosim.core.rigid import IDENTITY, RigidTransform
 from mammosim.core.rng import seed_of
 from mammosim.core.volume import Image, LabelMap

@@ -21,3 +21,12 @@ def gravity_direction(position: str) -> np.ndarray:
     if position not in GRAVITY:
         raise ConfigurationError(f"unknown position {position!r}; choose one of: {', '.join(GRAVITY)}")
     return np.array(GRAVITY[position])
+
+
+def gravity_vector(text: str) -> np.ndarray:
+    """Unit vector (3,) of 'x y z'. Raises ValueError for anything else."""
+    g = np.array([float(value) for value in text.split()])
+    if g.shape != (3,) or not np.all(np.isfinite(g)) or not np.linalg.norm(g) > 0:
+        raise ValueError(text)
+    found: np.ndarray = g / np.linalg.norm(g)
+    return found

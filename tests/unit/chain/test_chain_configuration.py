@@ -9,9 +9,9 @@ from mammosim.chain.configuration import (
     check_thicknesses,
     check_tissues,
     check_volunteers,
-    gravity_vector,
 )
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.positions import gravity_vector
 
 
 @pytest.fixture

@@ -42,6 +42,26 @@ def test_every_example_is_run(repository):
     assert {path.stem for path in (repository / "examples").glob("*.py")} == set(SOUND)
 
 
+def test_the_library_needs_nothing_of_the_workflow(repository):
+    """All that a public name imports comes without the packages of the extra `workflow`."""
+    text = """
+import sys
+for name in ("snakemake", "jinja2", "jsonschema", "yaml", "skfem"):
+    sys.modules[name] = None
+import mammosim as ms
+from importlib import import_module
+for name in ms.__all__:
+    getattr(ms, name)
+for stage in ms.STAGES.values():
+    import_module(stage.module)
+"""
+    environment = os.environ | {"PYTHONPATH": str(repository / "src")}
+    ran = subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, env=environment, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
 def test_every_public_name_is_there_and_documented():
     assert len(ms.__all__) >= 25
     for name in ms.__all__:

@@ -14,11 +14,11 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mammosim.chain.configuration import gravity_vector
 from mammosim.chain.points import MaterialPoints
 from mammosim.core.errors import FiducialError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.mesh import TetMesh
+from mammosim.core.positions import gravity_vector
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.transforms import read_transform
