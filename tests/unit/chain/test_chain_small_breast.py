@@ -1,5 +1,6 @@
 """The chain of one small breast: what its stages decide between the sciences."""
 
+import re
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from small_breast import THICKNESS_MM, small_breast, small_chain
 
-from mammosim.chain.files import job_inputs, job_outputs, nearest_kept
+from mammosim.chain.files import job_inputs, job_outputs, nearest_kept, variant_of
 from mammosim.chain.jobs import make
 from mammosim.chain.mammogram import SENSOR_MM, xray_phantom
 from mammosim.chain.phantom import healthy
@@ -249,6 +250,20 @@ def test_every_stage_has_its_functions():
             assert callable(getattr(module, f"load_{function}")), name
         if stage.files and name not in measured:
             assert callable(getattr(module, f"save_{function}")), name
+
+
+def test_a_variant_is_named_where_it_differs_from_the_study_and_not_before(chain):
+    finer = chain.with_settings({"xray.voxel_mm": 2.0})
+    names = {name: variant_of(name, finer, chain) for name in ("mesh", "pressed", "phantom", "dose")}
+    assert names["mesh"] == names["pressed"] == ""
+    assert re.fullmatch("-[0-9a-f]{8}", names["phantom"])
+    assert names["dose"] not in ("", names["phantom"])
+    assert variant_of("dose", chain.with_effects(chain.effects - {"paddle"}), chain) not in (
+        "",
+        names["dose"],
+    )
+    # What an absent effect would have read, and noise that a dose does not have, change nothing.
+    assert variant_of("dose", chain.with_effects(chain.effects - {"blur"}), chain) == ""
 
 
 def test_a_job_reads_the_nearest_kept_products(chain):
