@@ -14,6 +14,7 @@ from mammosim.core.rigid import IDENTITY, RigidTransform
 from mammosim.core.volume import Grid, Image
 from mammosim.imaging import registration, segmentation
 
+REFERENCE = Image(Grid((2, 2, 2), np.ones(3), np.zeros(3)), np.ones((2, 2, 2), np.float32))
 IMAGE = Image(Grid((2, 2, 2), np.ones(3), np.zeros(3)), np.zeros((2, 2, 2), np.float32))
 QUARTER = RigidTransform(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.zeros(3))
 SETTINGS = {
@@ -34,6 +35,7 @@ def called(monkeypatch):
 
     def register(fixed, moving, fixed_markers, moving_markers, *, settings):
         found["registration"] = settings
+        found["fixed"], found["moving"] = fixed, moving
         return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
 
     def segment(image, strokes, *, settings):
@@ -49,13 +51,14 @@ def _chain(*, moves=True, seed=1):
     fiducials = Fiducials(("chest_1",), ("chest",), np.zeros((1, 3)))
     subject = Subject("left", "0 -1 0", (seed, "w", "left"), (seed, "w"), moves)
     measured = {"scan": IMAGE, "strokes": pd.DataFrame(), "fiducials": fiducials}
-    reference = {"reference_scan": IMAGE, "reference_fiducials": fiducials} if moves else {}
+    reference = {"reference_scan": REFERENCE, "reference_fiducials": fiducials} if moves else {}
     return Chain(subject, SETTINGS, frozenset(), STAGES).given(measured | reference)
 
 
 def test_settings_reach_registration_and_segmentation(called):
     breast = _chain()["breast"]
     assert called["registration"] == registration.Settings(2.0, [3.0, 0.0], 7, 500)
+    assert (called["fixed"], called["moving"]) == (REFERENCE, IMAGE), "into the frame of the reference"
     assert called["segmentation"].trees == 9
     assert called["segmentation"].voxel_mm == 4.0
     assert breast.labels == "labels"

@@ -47,6 +47,7 @@ def test_an_index_without_a_byte_and_a_damaged_kernel_are_compiled_again(run, tm
         for file in cache.rglob(pattern):
             file.write_bytes(b"" if pattern == "*.nbi" else b"no pickle")
         assert run(NUMBA_CACHE_DIR=str(cache))[:2] == (0, "42")
+    assert all(file.stat().st_size for file in cache.rglob("*.nbi")), "the cache is whole again"
 
 
 def test_without_any_place_for_a_cache_kernels_still_run(run, tmp_path):
