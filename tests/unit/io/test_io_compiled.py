@@ -53,5 +53,6 @@ def test_an_index_without_a_byte_and_a_damaged_kernel_are_compiled_again(run, tm
 def test_without_any_place_for_a_cache_kernels_still_run(run, tmp_path):
     (tmp_path / "file").write_text("where a folder should be")
     (tmp_path / "code" / "__pycache__").write_text("no folder either")
-    code, printed, error = run(NUMBA_CACHE_DIR=str(tmp_path / "file" / "cache"))
+    nowhere = str(tmp_path / "file" / "cache")
+    code, printed, error = run(NUMBA_CACHE_DIR=nowhere, XDG_CACHE_HOME=nowhere, HOME=nowhere)
     assert (code, printed) == (0, "42"), error
