@@ -4,7 +4,7 @@ from mammosim.chain.graph import nested, overridden, pruned, read_by, upstream
 from mammosim.chain.stages import STAGES
 
 STRESS_FREE = config["mechanics"]["stress_free"]
-MEASURED = STRESS_FREE["position"]  # that the model is made of
+MODELLED_IN = STRESS_FREE["position"]  # the position that the model is made of
 OF_CHAIN = ("registration", "segmentation", "mesh", "morph", "mechanics", "effects", "compression", "xray")
 EFFECTS = [*config["mechanics"]["effects"], *config["xray"]["effects"]]
 PLACEHOLDERS = {name: f"{{{name}}}" for name in "v p side method strategy moduli position also".split()}
@@ -12,7 +12,7 @@ PLACEHOLDERS = {name: f"{{{name}}}" for name in "v p side method strategy moduli
 
 def places(wildcards):
     """The wildcards of the table's paths: those of a job, and of the study where it has none."""
-    found = {"p": MEASURED, "reference": REFERENCE, "method": STRESS_FREE["default"], "also": "", **wildcards}
+    found = {"p": MODELLED_IN, "reference": REFERENCE, "method": STRESS_FREE["default"], "also": "", **wildcards}
     listed = VOLUNTEERS.get((found.get("v"), found["p"]))
     return found | {"strokes": listed.strokes if listed else "", "listed": listed.fiducials if listed else ""}
 
@@ -136,7 +136,7 @@ def propagated_given(volunteer, side):
 
 
 BOTH = ["reference_mesh"] if "mean_start" in (STRESS_FREE["default"], f"{STRESS_FREE['start']}_start") else []
-LABELLED = ("labels", "fiducials", "transform", *BOTH)
+BREAST_FILES = ("labels", "fiducials", "transform", *BOTH)
 
 
 def writes(*products):

@@ -114,10 +114,10 @@ rule figure_upright:
 rule figure_stress_free:
     """The measured shape and its stress-free estimates."""
     input:
-        measured=f"results/meshes/{{v}}/{MEASURED}.vtu",
-        fiducials=f"results/registration/{{v}}/{MEASURED}_fiducials.csv",
+        measured=f"results/meshes/{{v}}/{MODELLED_IN}.vtu",
+        fiducials=f"results/registration/{{v}}/{MODELLED_IN}_fiducials.csv",
         shapes=lambda wildcards: [
-            f"results/mechanics/{wildcards.v}/stress_free/{MEASURED}_{method}.vtu"
+            f"results/mechanics/{wildcards.v}/stress_free/{MODELLED_IN}_{method}.vtu"
             for method in STRESS_FREE["methods"]
         ],
         library=library("figure_stress_free.py"),
@@ -138,10 +138,10 @@ rule figure_stress_free:
 rule score_shapes:
     """The measured shape, its stress-free estimates, and the true stress-free shape."""
     input:
-        measured=f"results/meshes/{{w}}/{MEASURED}.vtu",
-        fiducials=f"results/registration/{{w}}/{MEASURED}_fiducials.csv",
+        measured=f"results/meshes/{{w}}/{MODELLED_IN}.vtu",
+        fiducials=f"results/registration/{{w}}/{MODELLED_IN}_fiducials.csv",
         shapes=lambda wildcards: [
-            f"results/mechanics/{wildcards.w}/stress_free/{MEASURED}_{method}.vtu"
+            f"results/mechanics/{wildcards.w}/stress_free/{MODELLED_IN}_{method}.vtu"
             for method in STRESS_FREE["methods"]
         ],
         truth="results/truth/{w}/stress_free.vtu",
@@ -167,7 +167,7 @@ rule figure_compression:
         shape=f"results/compression/{{v}}/{{side}}/{XRAYED}.vtu",
         plates=f"results/compression/{{v}}/{{side}}/{XRAYED}_plates.json",
         faces=f"results/compression/{{v}}/{{side}}/{XRAYED}_faces.csv",
-        stress_free=f"results/mechanics/{{v}}/stress_free/{MEASURED}_{STRESS_FREE['default']}.vtu",
+        stress_free=f"results/mechanics/{{v}}/stress_free/{MODELLED_IN}_{STRESS_FREE['default']}.vtu",
         library=library("figure_compression.py"),
     output:
         "results/study/figures/compression_{v}_{side}.png",

@@ -6,7 +6,7 @@ PAGES["softening"] = {"tables": ["softening"], "figures": ["softening"]}
 rule soften:
     """One breast with its fitted moduli, and with other ones: nipple, force, thickness and dose."""
     input:
-        unpack(lambda wildcards: measured(wildcards.v, *LABELLED)),
+        unpack(lambda wildcards: measured(wildcards.v, *BREAST_FILES)),
         moduli="results/identification/{v}/moduli.csv",
         fit="results/identification/{v}/fit.csv",
         library=[*library("soften.py"), *code("loaded", "exposed_dose")],

@@ -19,7 +19,7 @@ from mammosim.mechanics.warm_start import WarmStart
 STANDARD = "standard"
 # A force, and a mean pressure, are met within these parts of them.
 FORCE_TOLERANCE, PRESSURE_TOLERANCE = 1e-3, 0.02
-# A paddle that yields leaves the way of the rigid one at this part of the force that it is to reach; in
+# A paddle that yields leaves the load path of the rigid one at this part of the force that it is to reach; in
 # longer steps the tissue may slip out toward the chest, to a state that never reaches it.
 YIELDS_FROM, YIELDING_STEPS = 0.5, 16
 # On a mesh the area of contact grows in jumps: where one passes the pressure, the plates stop this near it.
@@ -55,8 +55,8 @@ class PressSetup:
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
 
-        Every paddle goes the way of the standard strategy, as far as that is known and of use: the path of
-        one that yields begins where it leaves that way, and has no work. Area and pressures: chain.touch.
+        Every paddle follows the load path of the standard strategy, as far as that is known and of use: the
+        path of one that yields begins where it leaves it, and has no work. Area and pressures: chain.touch.
         """
         body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
         settings = self.solved if paddle == Rigid() else replace(self.solved, steps=YIELDING_STEPS)
