@@ -5,17 +5,18 @@ from typing import Any
 
 import numba
 import pytest
+from whole_study import finished, study  # noqa: F401  (fixtures)
 from xdist.scheduler import LoadFileScheduling
 
 REPOSITORY = Path(__file__).parents[1]
-WORKFLOW = "tests/workflow"
+WORKFLOW = ("tests/workflow/", "tests/artefacts/")  # what shares one run of the whole chain
 
 
 class OneForTheWorkflow(LoadFileScheduling):
     """Of several processes one runs the whole workflow, which they share; else each takes file by file."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return WORKFLOW if nodeid.startswith(f"{WORKFLOW}/") else super()._split_scope(nodeid)
+        return WORKFLOW[0] if nodeid.startswith(WORKFLOW) else super()._split_scope(nodeid)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneForTheWorkflow:
@@ -26,7 +27,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneForTheWor
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Among several processes, the workflow begins, since it takes longest."""
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: item.nodeid.startswith(f"{WORKFLOW}/"), reverse=True)
+        items.sort(key=lambda item: item.nodeid.startswith(WORKFLOW), reverse=True)
 
 
 @pytest.fixture(scope="session")
