@@ -3,11 +3,11 @@
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, Triple, emitted, line, to_detector
+from mammosim.xray.emission import Field, Triple, emitted, line
 from mammosim.xray.flight import MET, Body, flown
-from mammosim.xray.interactions import Matter, place, turned
+from mammosim.xray.interactions import Matter, place
 from mammosim.xray.stream import compiled, stream
-from mammosim.xray.tracking import collided
+from mammosim.xray.tracking import after_collision
 
 
 @compiled
@@ -33,15 +33,15 @@ def track_mapped(
         if end != MET:
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        E_new, cos = collided(matter, E, row, share, material, v, state)
-        if E_new < E:
-            give(cells, per_mm, x - body.low[0], y - body.low[1], z - body.low[2], E - E_new)
-            if E_new == 0:
+        before = E
+        E, row, share, dx, dy, dz, t_seen, _, _ = after_collision(
+            matter, field, E, row, share, material, v, x, y, z, dx, dy, dz, state
+        )
+        given = before - E
+        if given > 0:
+            give(cells, per_mm, x - body.low[0], y - body.low[1], z - body.low[2], given)
+            if E == 0:
                 return
-            E = E_new
-            row, share = place(E)
-        dx, dy, dz = turned(dx, dy, dz, cos, state)
-        t_seen, _, _ = to_detector(field, x, y, z, dx, dy, dz)
 
 
 @njit(cache=True, nogil=True)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, emitted, line, to_detector
+from mammosim.xray.emission import Field, emitted, line
 from mammosim.xray.flight import MET, Body, crossing, flown, inverse
 from mammosim.xray.interactions import (
     ELECTRON_REST_KEV,
@@ -18,10 +18,9 @@ from mammosim.xray.interactions import (
     Matter,
     between,
     place,
-    turned,
 )
 from mammosim.xray.stream import compiled, stream, uniform
-from mammosim.xray.tracking import collided, deposit
+from mammosim.xray.tracking import after_collision, deposit
 from mammosim.xray.walk import MATERIAL, TAU, T, walked
 
 N_ANGLES = 2000
@@ -109,17 +108,17 @@ def track_scattered(
         if end != MET:
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        E_new, cos = collided(matter, E, row, share, material, v, state)
-        if E_new < E:
+        before = E
+        E, row, share, dx, dy, dz, t_seen, _, _ = after_collision(
+            matter, field, E, row, share, material, v, x, y, z, dx, dy, dz, state
+        )
+        given = before - E
+        if given > 0:
             if not primary:
-                deposit(regions, material, w * (E - E_new), x, y, z, by_material, by_region)
-            if E_new == 0:
+                deposit(regions, material, w * given, x, y, z, by_material, by_region)
+            if E == 0:
                 return
-            E = E_new
-            row, share = place(E)
         primary = False
-        dx, dy, dz = turned(dx, dy, dz, cos, state)
-        t_seen, _, _ = to_detector(field, x, y, z, dx, dy, dz)
 
 
 @njit(cache=True, nogil=True)
