@@ -3,11 +3,11 @@
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, Triple, emitted, line
-from mammosim.xray.flight import MET, Body, flown
 from mammosim.xray.interactions import Matter, place
-from mammosim.xray.stream import compiled, stream
+from mammosim.xray.random_stream import compiled, random_stream
+from mammosim.xray.source_sampling import Field, Triple, sampled_direction, sampled_line
 from mammosim.xray.tracking import after_collision
+from mammosim.xray.transport_step import MET, Body, transport_step
 
 
 @compiled
@@ -24,12 +24,12 @@ def track_mapped(
     body: Body, matter: Matter, field: Field, per_mm: Triple, state: np.ndarray, cells: np.ndarray
 ) -> None:
     """Follows one photon to its end."""
-    E = field.energies[line(field, state)]
-    dx, dy, dz, t_seen, _, _ = emitted(field, state)
+    E = field.energies[sampled_line(field, state)]
+    dx, dy, dz, t_seen, _, _ = sampled_direction(field, state)
     x, y, z = field.source
     row, share = place(E)
     while True:
-        t, end, material, v = flown(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
+        t, end, material, v = transport_step(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
         if end != MET:
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
@@ -50,6 +50,6 @@ def map_block(
     cells: np.ndarray,
 ) -> None:  # fmt: skip
     """Adds the photons of one block to cells (nz, ny, nx), in keV; per_mm: cells per mm in (x, y, z)."""
-    state = stream(seed, block)
+    state = random_stream(seed, block)
     for _ in range(histories):
         track_mapped(body, matter, field, per_mm, state, cells)

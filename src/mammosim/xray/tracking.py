@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, emitted, line, to_detector
-from mammosim.xray.flight import LOST, SEEN, Body, flown
 from mammosim.xray.interactions import LOWEST_KEV, Matter, between, coherent, incoherent, place, turned
-from mammosim.xray.stream import compiled, stream
+from mammosim.xray.random_stream import compiled, random_stream
+from mammosim.xray.source_sampling import Field, sampled_direction, sampled_line, to_detector
+from mammosim.xray.transport_step import LOST, SEEN, Body, transport_step
 
 
 @compiled
@@ -65,14 +65,14 @@ def track(
 
     cells (3, nv, nu): primary keV, scatter keV, scatter keV2; balance (2,): keV emitted and escaped.
     """
-    E = field.energies[line(field, state)]
-    dx, dy, dz, t_seen, s, r = emitted(field, state)
+    E = field.energies[sampled_line(field, state)]
+    dx, dy, dz, t_seen, s, r = sampled_direction(field, state)
     x, y, z = field.source[0], field.source[1], field.source[2]
     row, share = place(E)
     balance[0] += E
     scattered = False
     while True:
-        t, end, material, v = flown(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
+        t, end, material, v = transport_step(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
         if end == LOST:
             balance[1] += E
             return
@@ -107,6 +107,6 @@ def track_block(
     regions (n_region, 6) mm: boxes whose energy is tallied, too; by_material (n_material,),
     by_region (n_region,), cells (3, nv, nu), balance (2,).
     """
-    state = stream(seed, block)
+    state = random_stream(seed, block)
     for _ in range(histories):
         track(body, matter, field, regions, state, by_material, by_region, cells, balance)

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from mammosim.xray.emission import Triple
-from mammosim.xray.flight import (
+from mammosim.xray.random_stream import compiled
+from mammosim.xray.source_sampling import Triple
+from mammosim.xray.transport_step import (
     LOST_AFTER_MM,
     MIXED,
     Body,
@@ -14,7 +15,6 @@ from mammosim.xray.flight import (
     next_box,
     next_cell,
 )
-from mammosim.xray.stream import compiled
 
 EVEN = 1e-6  # below, exp(-x) is 1 - x to rounding
 T, TAU, SCATTERS, MATERIAL = 0, 1, 2, 3  # columns of a path
@@ -38,7 +38,7 @@ def stepped(path: np.ndarray, n: int, t: float, mu: np.ndarray, material: int) -
 
 
 @compiled
-def walked(body: Body, mu: np.ndarray, t_seen: float, p: Triple, d: Triple, path: np.ndarray) -> int:
+def traversed(body: Body, mu: np.ndarray, t_seen: float, p: Triple, d: Triple, path: np.ndarray) -> int:
     """Steps of a ray from p along d to the detector at t_seen, or out of the body and through the air.
 
     mu (n_material, 2) 1/mm: total, and scattering only. path (n + 1, 4): after each step the distance, the

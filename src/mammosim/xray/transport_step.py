@@ -1,6 +1,6 @@
-"""How far a photon flies through the body and the air around it, compiled.
+"""One step of a photon through the body and the air around it, to its next collision, compiled.
 
-A flight ends where its optical depth, -ln(u), is used up. Outside all boxes there is nothing but air. Inside
+A step ends where its optical depth, -ln(u), is used up. Outside all boxes there is nothing but air. Inside
 a box the voxels are gathered in blocks, each with the largest mu M of its materials: Woodcock tracking stops
 at optical depths of M, and a stop in material m is real with probability mu_m/M. In a block of one material
 every stop is real.
@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mammosim.xray.emission import FLAT, Triple
 from mammosim.xray.interactions import Matter, between
-from mammosim.xray.stream import compiled, exponential, uniform
+from mammosim.xray.random_stream import compiled, exponential, uniform
+from mammosim.xray.source_sampling import FLAT, Triple
 
-# ASSUME: photons that fly half a metre through the air without meeting body or detector do not come back.
+# ASSUME: photons that cross half a metre of air without meeting body or detector do not come back.
 LOST_AFTER_MM = 500.0
 NEAR_MM = 1e-7  # a face nearer than this has been reached
 Cell = tuple[int, int, int]  # along x, y, z
-MET, SEEN, LOST = 0, 1, 2  # what ends a flight
+MET, SEEN, LOST = 0, 1, 2  # what ends a step
 MIXED = -1  # a block of several materials
 
 
@@ -120,11 +120,11 @@ def within(at: float, block_mm: float, block: int, per_mm: float, n: int) -> int
 
 
 @compiled
-def flown(
+def transport_step(
     body: Body, matter: Matter, row: int, share: float, t_seen: float, x: float, y: float, z: float,
     dx: float, dy: float, dz: float, state: np.ndarray,
 ) -> tuple[float, int, int, float]:  # fmt: skip
-    """A flight: its length, what ends it, the material met, and a number even in [0, mu of it)."""
+    """A step: its length, what ends it, the material met, and a number even in [0, mu of it)."""
     ix, iy, iz = inverse(dx), inverse(dy), inverse(dz)
     mu_air = between(matter.mu, row, share, 0, 0)
     _, sz, sy, sx = body.voxels.shape
