@@ -54,7 +54,7 @@ def test_gecatsim_and_our_rays_give_the_same_image(axes):
     assert ratio.std() < 2e-3
 
 
-def test_without_gecatsim_its_absence_is_told_and_what_it_cannot_do_is_refused():
+def test_without_gecatsim_its_absence_is_told_and_what_it_cannot_do_is_rejected():
     if not INSTALLED:
         with pytest.raises(XrayError, match=r"install mammosim\[peers\]"):
             primary_by_catsim(breast(), view(X, Y), BEAM)

@@ -14,7 +14,7 @@ from mammosim.xray.interactions import (
     matter,
     turned,
 )
-from mammosim.xray.stream import stream, uniform
+from mammosim.xray.random_stream import random_stream, uniform
 
 ELECTRON_RADIUS_MM = 2.8179403205e-12  # CODATA 2022
 AVOGADRO = 6.02214076e23
@@ -23,7 +23,7 @@ N = 200_000
 
 @njit
 def sampled_incoherent(energy, S, x_step, n, seed):
-    state, cos, scattered = stream(seed, 0), np.empty(n), np.empty(n)
+    state, cos, scattered = random_stream(seed, 0), np.empty(n), np.empty(n)
     for i in range(n):
         scattered[i], cos[i] = incoherent(energy, 0, S, x_step, state)
     return scattered, cos
@@ -31,7 +31,7 @@ def sampled_incoherent(energy, S, x_step, n, seed):
 
 @njit
 def sampled_coherent(energy, area, x_step, n, seed):
-    state, cos = stream(seed, 0), np.empty(n)
+    state, cos = random_stream(seed, 0), np.empty(n)
     for i in range(n):
         cos[i] = coherent(energy, 0, area, x_step, state)
     return cos
@@ -39,7 +39,7 @@ def sampled_coherent(energy, area, x_step, n, seed):
 
 @njit
 def sampled_turn(dx, dy, dz, cos, n, seed):
-    state, turns = stream(seed, 0), np.empty((n, 3))
+    state, turns = random_stream(seed, 0), np.empty((n, 3))
     for i in range(n):
         turns[i] = turned(dx, dy, dz, cos, state)
     return turns
@@ -47,7 +47,7 @@ def sampled_turn(dx, dy, dz, cos, n, seed):
 
 @njit
 def sampled_uniform(n, seed, block):
-    state, u = stream(seed, block), np.empty(n)
+    state, u = random_stream(seed, block), np.empty(n)
     for i in range(n):
         u[i] = uniform(state)
     return u

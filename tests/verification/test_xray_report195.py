@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from mammosim.io.tabulated import tabulated
-from mammosim.xray.asked import EnergyIn, answers
 from mammosim.xray.attenuation import material
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.projector import primary
 from mammosim.xray.report195 import (
@@ -17,9 +17,9 @@ from mammosim.xray.report195 import (
     geometry_of_report,
     regions_of_report,
 )
-from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import monoenergetic, value_layer
 from mammosim.xray.tallies import Tallies
+from mammosim.xray.tally_request import EnergyIn, results
 from mammosim.xray.transport import Accuracy, transport
 from mammosim.xray.verification import judged, report195_rows
 
@@ -117,9 +117,9 @@ def test_tilted_tissue_energy_is_that_of_case_3(breast, pivot):
     if pivot == "breast":
         a = np.radians(row.angle_deg)
         geometry = Geometry(620.0 * np.array([0, np.sin(a), np.cos(a)]), geometry.detector)
-    scene = Scene(breast, geometry, beam_of_report(row.beam))
-    (answer,) = answers(scene, [EnergyIn(TISSUE, 1e-3)], seed=15)
-    energy, error = EV * answer.materials.value[TISSUE], EV * answer.materials.error[TISSUE]
+    setup = ExposureSetup(breast, geometry, beam_of_report(row.beam))
+    (found,) = results(setup, [EnergyIn(TISSUE, 1e-3)], seed=15)
+    energy, error = EV * found.materials.value[TISSUE], EV * found.materials.error[TISSUE]
     assert abs(energy - row.tissue_ev) < 5e-3 * row.tissue_ev + 3 * error
 
 

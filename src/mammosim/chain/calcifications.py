@@ -115,7 +115,7 @@ def cluster_detectability(
     pixel_mm, effects = patch.geometry.detector.pixel_mm, patch.chain.effects
     shots = [
         [
-            expose(image, patch.scatter_seen, mas=mas, pixel_mm=pixel_mm, rng=rng, effects=effects)
+            expose(image, patch.scatter_seen, mas=mas, pixel_mm=pixel_mm, rng=rng, steps=effects)
             for _ in range(count)
         ]
         for image in images
@@ -127,7 +127,7 @@ def cluster_detectability(
     with_it, without = (np.array([shot.image for shot in row]) for row in shots)
     seen = detectability(with_it, without, difference[None])
     sums = [
-        template_sum(difference, image, patch.scatter_seen, mas=mas, pixel_mm=pixel_mm, effects=effects)
+        template_sum(difference, image, patch.scatter_seen, mas=mas, pixel_mm=pixel_mm, steps=effects)
         for image in images
     ]
     return expected_d(*sums), seen, float(np.max(np.abs(difference) / absent.noise))

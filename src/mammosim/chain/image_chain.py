@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.xray.effects import (
-    Effect,
+from mammosim.xray.geometry import Geometry
+from mammosim.xray.heel import heel
+from mammosim.xray.imaging_steps import (
     FocalSpot,
+    ImagingStep,
     QuantumNoise,
     blur_of,
     electronic_noise_of,
     grid_of,
     structure_of,
 )
-from mammosim.xray.geometry import Geometry
-from mammosim.xray.heel import heel
 from mammosim.xray.response import Response, response_of
 
 
@@ -37,18 +37,18 @@ class Acquisition:
         far = self.geometry.source_height_mm
         return far / (far - self.middle_mm)
 
-    def of_image(self, name: str) -> Effect:
+    def of_image(self, name: str) -> ImagingStep:
         """The effect of EFFECTS with this name."""
         return EFFECTS[name](self)
 
 
-def _heel(taken: Acquisition) -> Effect:
+def _heel(taken: Acquisition) -> ImagingStep:
     tube = taken.settings
     return heel(taken.geometry, (tube["anode"], tube["filter"], tube["filter_um"] / 1e3, tube["peak_kv"]))
 
 
 # What acts on an image once primary and scatter are known.
-EFFECTS: Mapping[str, Callable[[Acquisition], Effect]] = {
+EFFECTS: Mapping[str, Callable[[Acquisition], ImagingStep]] = {
     "heel": _heel,
     "focal_spot": lambda taken: FocalSpot(taken.settings["focal_spot_mm"], taken.magnification),
     "grid": lambda taken: grid_of(taken.settings["grid"]),
@@ -72,7 +72,7 @@ BEFORE = ("scatter", "response")
 class ImageChain:
     """The effects of an image, and the response of its detector, None where it absorbs every photon."""
 
-    effects: tuple[Effect, ...]
+    effects: tuple[ImagingStep, ...]
     response: Response | None
 
     @classmethod

@@ -13,18 +13,18 @@ from mammosim.chain.phantom import healthy
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
-from mammosim.xray.answer import ScatterAnswer
-from mammosim.xray.asked import EnergyIn, ScatterImage
 from mammosim.xray.attenuation import Material, material, mixture
 from mammosim.xray.blocks import Limits
 from mammosim.xray.detector import Exposure, Scatter, expose, on_pixels
 from mammosim.xray.dose import GlandularDose, air_kerma_at, mean_glandular_dose
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.observer import Contrast, cnr
 from mammosim.xray.phantom import Phantom, phantom_of_labels
 from mammosim.xray.projector import path_lengths, primary
-from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.tally_request import EnergyIn, ScatterImage
+from mammosim.xray.tally_result import ScatterResult
 
 # ASSUME: a lesion attenuates as gland of density 1.06 g/cm3.
 LESION_DENSITY_G_CM3 = 1.06
@@ -111,8 +111,8 @@ def dose_in(
     """Glandular dose of this breast by Monte Carlo, to the asked relative standard error."""
     # ASSUME: the support is not in the beam; the paddle attenuates it, but scatters nothing into the breast.
     phantom = xray_phantom(labels)
-    scene = Scene(phantom, geometry, spectrum)
-    energies = EnergyIn(Label.GLANDULAR, relative_error).answer(scene, seed=seed, limits=Limits())
+    setup = ExposureSetup(phantom, geometry, spectrum)
+    energies = EnergyIn(Label.GLANDULAR, relative_error).result(setup, seed=seed, limits=Limits())
     air = phantom.materials[Label.AIR]
     kerma = air_kerma_at(_entrance(labels, geometry), geometry, spectrum, air=air)
     return mean_glandular_dose(energies, phantom, index=Label.GLANDULAR, incident_kerma_mgy_per_mas=kerma)
@@ -126,14 +126,14 @@ def scatter_behind(
     relative_error: float,
     cell_mm: float,
     seed: int,
-) -> ScatterAnswer:
+) -> ScatterResult:
     """Scatter on cells of the detector, cell_mm wide, to the asked error per cell behind the breast."""
     # ASSUME: there is fat all over a breast: cells with half of the longest way through it are behind it.
-    scene = Scene(xray_phantom(labels), geometry, spectrum)
-    return ScatterImage(Label.ADIPOSE, relative_error, cell_mm).answer(scene, seed=seed, limits=Limits())
+    setup = ExposureSetup(xray_phantom(labels), geometry, spectrum)
+    return ScatterImage(Label.ADIPOSE, relative_error, cell_mm).result(setup, seed=seed, limits=Limits())
 
 
-def scatter_cells(found: ScatterAnswer) -> pd.DataFrame:
+def scatter_cells(found: ScatterResult) -> pd.DataFrame:
     """A row per cell of the detector: row, column, cell_mm, and per mAs scatter, scatter_squared with *_se.
 
     In keV/mm2, and of the square in keV2/mm2.
@@ -178,7 +178,7 @@ def shot_of(labels: LabelMap, view: View, *, mas: float, rng: np.random.Generato
     )
     scatter = view.scatter_seen
     exposure, plain = (
-        expose(p, scatter, mas=mas, pixel_mm=pixel, rng=rng, effects=view.chain.effects)
+        expose(p, scatter, mas=mas, pixel_mm=pixel, rng=rng, steps=view.chain.effects)
         for p in (with_it, without)
     )
     row = _row(cnr(exposure.image, lesion, ring), exposure, plain, lesion)

@@ -108,7 +108,7 @@ class Arc:
             image = primary(phantom, geometry, self.spectrum, response=view.chain.response)
             pixel = geometry.detector.pixel_mm
             shot = expose(
-                image, view.scatter_seen, mas=share, pixel_mm=pixel, rng=rng, effects=view.chain.effects
+                image, view.scatter_seen, mas=share, pixel_mm=pixel, rng=rng, steps=view.chain.effects
             )
             bright = image.unobstructed * pixel**2 * share
             found.append(line_integrals(np.maximum(shot.image, LEAST_TRANSMISSION * bright), bright))

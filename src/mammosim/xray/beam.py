@@ -3,13 +3,13 @@
 import numpy as np
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.cover import cover
-from mammosim.xray.emission import Field, Triple
-from mammosim.xray.flight import MIXED, Body
+from mammosim.xray.bounding_boxes import bounding_boxes
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.interactions import Matter
 from mammosim.xray.phantom import AIR, Phantom
+from mammosim.xray.source_sampling import Field, Triple
 from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.transport_step import MIXED, Body
 
 BLOCK_MM = 10.0
 PLACES = 100  # along each axis of the detector
@@ -27,7 +27,7 @@ def body_of(phantom: Phantom, tables: Matter) -> Body:
     different, which = np.unique(voxels[mixed].reshape(-1, size.prod()), axis=0, return_inverse=True)
     tiles = np.zeros(mixed.shape, np.int32)
     tiles[mixed] = which.ravel()
-    boxes = cover((single != AIR)[blocks])  # (n_box, 3, 2) blocks along (z, y, x)
+    boxes = bounding_boxes((single != AIR)[blocks])  # (n_box, 3, 2) blocks along (z, y, x)
     block_mm = (size * phantom.grid.spacing[::-1])[::-1]
     corners = phantom.low + boxes.transpose(0, 2, 1)[:, :, ::-1] * block_mm
     return Body(

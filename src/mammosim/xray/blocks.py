@@ -1,4 +1,4 @@
-"""Blocks of histories, in rounds, until what is asked is known well enough.
+"""Blocks of histories, in rounds, until what is requested is known well enough.
 
 Each block has its own random stream, and blocks are added in their order, so that any number of threads gives
 the same tallies. Standard errors come from the scatter of the blocks: s/sqrt(n).
@@ -25,7 +25,7 @@ Kernel = Callable[..., None]
 
 @dataclass(frozen=True)
 class Limits:
-    """What a run may cost before it is refused: histories, and seconds by the clock.
+    """What a run may cost; beyond it is out of budget: histories, and seconds by the clock.
 
     Raises XrayError when they do not allow the fewest blocks.
     """
@@ -40,7 +40,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Goal:
-    """What is asked: `error` of the estimates, a number, at most `relative_error`; `what` names it."""
+    """What is requested: `error` of the estimates, a number, at most `relative_error`; `what` names it."""
 
     what: str
     error: Callable[[list[Estimate]], float]

@@ -1,4 +1,4 @@
-"""What a detector shows of primary and scatter: signal, noise, and whatever effects there are.
+"""What a detector shows of primary and scatter: signal, noise, and whatever steps of imaging there are.
 
 A pixel of area A gathers S = sum of what each of its Poisson-many photons leaves, so that
 mean(S) = A mAs (p + s), var(S) = A mAs (p2 + s2), with p, s in keV/mm2/mAs and p2, s2 in keV2/mm2/mAs.
@@ -10,8 +10,8 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.effects import Effect, Energy, QuantumNoise, Shot, after, weighted_sum
 from mammosim.xray.geometry import Detector
+from mammosim.xray.imaging_steps import Energy, ImagingStep, QuantumNoise, Shot, after, weighted_sum
 from mammosim.xray.projector import Primary
 from mammosim.xray.response import Response
 
@@ -61,13 +61,13 @@ def expose(
     mas: float,
     pixel_mm: float,
     rng: np.random.Generator,
-    effects: tuple[Effect, ...] = (QuantumNoise(),),
+    steps: tuple[ImagingStep, ...] = (QuantumNoise(),),
 ) -> Exposure:
-    """One exposure of `mas` on pixels of pixel_mm with the effects there are; no scatter when it is None.
+    """One exposure of `mas` on pixels of pixel_mm with some steps of imaging; no scatter when it is None.
 
     Raises XrayError when mas is not positive, or primary and scatter have different pixels.
     """
-    shot = after(effects, _shot(primary, scatter, mas=mas, pixel_mm=pixel_mm, rng=rng))
+    shot = after(steps, _shot(primary, scatter, mas=mas, pixel_mm=pixel_mm, rng=rng))
     return Exposure(shot.image, shot.mean, np.sqrt(shot.variance), mas)
 
 
@@ -78,7 +78,7 @@ def template_sum(
     *,
     mas: float,
     pixel_mm: float,
-    effects: tuple[Effect, ...] = (QuantumNoise(),),
+    steps: tuple[ImagingStep, ...] = (QuantumNoise(),),
 ) -> tuple[float, float]:
     """Mean and variance of the sum of template times image over all exposures; see expose.
 
@@ -86,7 +86,7 @@ def template_sum(
     """
     rng = np.random.default_rng(0)  # nothing is drawn from it
     shot = _shot(primary, scatter, mas=mas, pixel_mm=pixel_mm, rng=rng)
-    return weighted_sum(effects, shot, template)
+    return weighted_sum(steps, shot, template)
 
 
 def _shot(

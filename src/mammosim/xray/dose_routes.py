@@ -11,14 +11,14 @@ import pandas as pd
 
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
-from mammosim.xray.asked import EnergyIn
 from mammosim.xray.attenuation import material
 from mammosim.xray.blocks import Limits
 from mammosim.xray.dance import GLAND, RADIUS_MM, dance_dose, standard_breast, standard_geometry
 from mammosim.xray.dose import GlandularDose, air_kerma_at, mean_glandular_dose
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.phantom import Phantom
-from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.tally_request import EnergyIn
 
 SIMULATED, TABULATED = "Monte Carlo", "Dance g c s"
 STANDARD = "standard breast, homogeneous, under 5 mm of fat"
@@ -47,10 +47,10 @@ def standard_dose(
     """Monte Carlo dose of the standard breast; incident air kerma at the middle of its upper side."""
     rng = np.random.default_rng(seed)
     phantom = standard_breast(thickness_mm, glandularity_percent, rng=rng)
-    scene = Scene(phantom, standard_geometry(), spectrum)
-    answer = EnergyIn(GLAND, relative_error).answer(scene, seed=seed, limits=Limits())
-    kerma = air_kerma_at(_top(thickness_mm), scene.geometry, spectrum, air=phantom.materials[0])
-    return mean_glandular_dose(answer, phantom, index=GLAND, incident_kerma_mgy_per_mas=kerma)
+    setup = ExposureSetup(phantom, standard_geometry(), spectrum)
+    tally = EnergyIn(GLAND, relative_error).result(setup, seed=seed, limits=Limits())
+    kerma = air_kerma_at(_top(thickness_mm), setup.geometry, spectrum, air=phantom.materials[0])
+    return mean_glandular_dose(tally, phantom, index=GLAND, incident_kerma_mgy_per_mas=kerma)
 
 
 def standard_rows(

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.effects import Heel
 from mammosim.xray.geometry import Geometry
+from mammosim.xray.imaging_steps import Heel
 from mammosim.xray.tube import Tube, tube_spectrum
 
 NODES = 8  # of a polynomial in the angle, within 0.1 percent

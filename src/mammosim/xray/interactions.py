@@ -13,7 +13,7 @@ import numpy as np
 import xraylib
 
 from mammosim.xray.attenuation import ENERGY_LIMITS_KEV, Material, linear_attenuation
-from mammosim.xray.stream import compiled, uniform
+from mammosim.xray.random_stream import compiled, uniform
 
 ELECTRON_REST_KEV = 510.99895  # CODATA 2018
 HC_KEV_ANGSTROM = 12.398419843  # CODATA 2018, exact

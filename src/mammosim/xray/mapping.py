@@ -3,11 +3,11 @@
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, Triple, emitted, line, to_detector
-from mammosim.xray.flight import MET, Body, flown
-from mammosim.xray.interactions import Matter, place, turned
-from mammosim.xray.stream import compiled, stream
-from mammosim.xray.tracking import collided
+from mammosim.xray.interactions import Matter, place
+from mammosim.xray.random_stream import compiled, random_stream
+from mammosim.xray.source_sampling import Field, Triple, sampled_direction, sampled_line
+from mammosim.xray.tracking import after_collision
+from mammosim.xray.transport_step import MET, Body, transport_step
 
 
 @compiled
@@ -24,24 +24,24 @@ def track_mapped(
     body: Body, matter: Matter, field: Field, per_mm: Triple, state: np.ndarray, cells: np.ndarray
 ) -> None:
     """Follows one photon to its end."""
-    E = field.energies[line(field, state)]
-    dx, dy, dz, t_seen, _, _ = emitted(field, state)
+    E = field.energies[sampled_line(field, state)]
+    dx, dy, dz, t_seen, _, _ = sampled_direction(field, state)
     x, y, z = field.source
     row, share = place(E)
     while True:
-        t, end, material, v = flown(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
+        t, end, material, v = transport_step(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
         if end != MET:
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        E_new, cos = collided(matter, E, row, share, material, v, state)
-        if E_new < E:
-            give(cells, per_mm, x - body.low[0], y - body.low[1], z - body.low[2], E - E_new)
-            if E_new == 0:
+        before = E
+        E, row, share, dx, dy, dz, t_seen, _, _ = after_collision(
+            matter, field, E, row, share, material, v, x, y, z, dx, dy, dz, state
+        )
+        given = before - E
+        if given > 0:
+            give(cells, per_mm, x - body.low[0], y - body.low[1], z - body.low[2], given)
+            if E == 0:
                 return
-            E = E_new
-            row, share = place(E)
-        dx, dy, dz = turned(dx, dy, dz, cos, state)
-        t_seen, _, _ = to_detector(field, x, y, z, dx, dy, dz)
 
 
 @njit(cache=True, nogil=True)
@@ -50,6 +50,6 @@ def map_block(
     cells: np.ndarray,
 ) -> None:  # fmt: skip
     """Adds the photons of one block to cells (nz, ny, nx), in keV; per_mm: cells per mm in (x, y, z)."""
-    state = stream(seed, block)
+    state = random_stream(seed, block)
     for _ in range(histories):
         track_mapped(body, matter, field, per_mm, state, cells)

@@ -10,19 +10,18 @@ import math
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, emitted, line, to_detector
-from mammosim.xray.flight import MET, Body, crossing, flown, inverse
 from mammosim.xray.interactions import (
     ELECTRON_REST_KEV,
     HC_KEV_ANGSTROM,
     Matter,
     between,
     place,
-    turned,
 )
-from mammosim.xray.stream import compiled, stream, uniform
-from mammosim.xray.tracking import collided, deposit
-from mammosim.xray.walk import MATERIAL, TAU, T, walked
+from mammosim.xray.random_stream import compiled, random_stream, uniform
+from mammosim.xray.source_sampling import Field, sampled_direction, sampled_line
+from mammosim.xray.tracking import after_collision, deposit
+from mammosim.xray.transport_step import MET, Body, crossing, inverse, transport_step
+from mammosim.xray.traversal import MATERIAL, TAU, T, traversed
 
 N_ANGLES = 2000
 FAR = 6.0  # of so many photons that start towards far from the regions one is followed, with this weight
@@ -69,7 +68,7 @@ def primary_given(
     mu (n_energy, n_material, 2) 1/mm; box (1, 6) mm; window (4,) mm: low and high along u, then v, of the
     part of the detector that holds the box's shadow.
     """
-    state, path, given = stream(seed, 0), np.empty((steps, 4)), np.zeros(len(mu))
+    state, path, given = random_stream(seed, 0), np.empty((steps, 4)), np.zeros(len(mu))
     c, q = field.corner, field.source
     for i in range(rays * rays):
         s = window[0] + (i // rays + uniform(state)) / rays * (window[1] - window[0])
@@ -84,7 +83,7 @@ def primary_given(
             continue
         height = -(x * field.n[0] + y * field.n[1] + z * field.n[2])
         for e in range(len(mu)):
-            n = walked(body, mu[e], length, q, (dx, dy, dz), path)
+            n = traversed(body, mu[e], length, q, (dx, dy, dz), path)
             given[e] += given_along(path, n, f[e], t_in, t_out) * height / length**3
     return given / (rays * rays)
 
@@ -95,8 +94,8 @@ def track_scattered(
     by_material: np.ndarray, by_region: np.ndarray,
 ) -> None:  # fmt: skip
     """Follows one photon to its end, and tallies all but its first collision."""
-    E, w = field.energies[line(field, state)], 1.0
-    dx, dy, dz, t_seen, s, r = emitted(field, state)
+    E, w = field.energies[sampled_line(field, state)], 1.0
+    dx, dy, dz, t_seen, s, r = sampled_direction(field, state)
     if s < near[0] or s > near[1] or r < near[2] or r > near[3]:
         if uniform(state) * FAR >= 1:
             return
@@ -105,21 +104,21 @@ def track_scattered(
     row, share = place(E)
     primary = True
     while True:
-        t, end, material, v = flown(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
+        t, end, material, v = transport_step(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
         if end != MET:
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        E_new, cos = collided(matter, E, row, share, material, v, state)
-        if E_new < E:
+        before = E
+        E, row, share, dx, dy, dz, t_seen, _, _ = after_collision(
+            matter, field, E, row, share, material, v, x, y, z, dx, dy, dz, state
+        )
+        given = before - E
+        if given > 0:
             if not primary:
-                deposit(regions, material, w * (E - E_new), x, y, z, by_material, by_region)
-            if E_new == 0:
+                deposit(regions, material, w * given, x, y, z, by_material, by_region)
+            if E == 0:
                 return
-            E = E_new
-            row, share = place(E)
         primary = False
-        dx, dy, dz = turned(dx, dy, dz, cos, state)
-        t_seen, _, _ = to_detector(field, x, y, z, dx, dy, dz)
 
 
 @njit(cache=True, nogil=True)
@@ -131,6 +130,6 @@ def scattered_block(
 
     near (4,) mm: the part of the detector, low and high along u, then v, towards which all are followed.
     """
-    state = stream(seed, block)
+    state = random_stream(seed, block)
     for _ in range(histories):
         track_scattered(body, matter, field, regions, near, state, by_material, by_region)

@@ -1,11 +1,11 @@
 """The scatter that reaches the detector, with little variance, compiled.
 
-Every flight of a scattered photon is walked to its end: w E exp(-tau) would arrive without another collision,
-and is scored. Then the photon is made to scatter on that flight, at a place drawn from p(s), s the depth of
-scattering so far, so that its weight becomes w exp(-tau(s))/p(s). In a slab the depths before and after a
-collision add up to the same on the straight way down, where p is even; sideways p falls with the attenuation.
-Photons that promise less than the others play Russian roulette before their walk. The first flight, which
-costs most, serves several first collisions.
+The ray of every scattered photon is traversed to its end: w E exp(-tau) would arrive without another
+collision, and is scored. Then the photon is made to scatter on that ray, at a place drawn from p(s), s the
+depth of scattering so far, so that its weight becomes w exp(-tau(s))/p(s). In a slab the depths before and
+after a collision add up to the same on the straight way down, where p is even; sideways p falls with the
+attenuation. Photons that promise less than the others play Russian roulette before their ray is traversed.
+The first ray, which costs most, serves several first collisions.
 """
 
 import math
@@ -14,33 +14,33 @@ from typing import NamedTuple
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, Triple, emitted, line, to_detector
-from mammosim.xray.flight import Body
 from mammosim.xray.interactions import LOWEST_KEV, Matter, between, coherent, incoherent, place, turned
-from mammosim.xray.stream import compiled, stream, uniform
-from mammosim.xray.walk import SCATTERS, TAU, ends, scattering_point, walked
+from mammosim.xray.random_stream import compiled, random_stream, uniform
+from mammosim.xray.source_sampling import Field, Triple, sampled_direction, sampled_line, to_detector
+from mammosim.xray.transport_step import Body
+from mammosim.xray.traversal import SCATTERS, TAU, ends, scattering_point, traversed
 
 # These change the variance, never the mean; chosen as measured in docs/decisions/xray_transport.md.
 FIRST_COLLISIONS = 6
-UPWARD = 0.1  # what flying away from the detector promises, in units of a straight way down
-AGAIN = 0.3  # and what further collisions do, on a flight towards it
-ELSEWHERE = 0.1  # and what reaching a cell does that was not asked for
+UPWARD = 0.1  # what moving away from the detector promises, in units of a straight way down
+AGAIN = 0.3  # and what further collisions do, on a ray towards it
+ELSEWHERE = 0.1  # and what reaching a cell does that was not requested
 BESIDE = (
-    3  # of so many first flights towards cells not asked for one is taken, with so many times the collisions
+    3  # of so many first rays towards cells not requested one is taken, with so many times the collisions
 )
 
 
 class Setting(NamedTuple):
-    """What photons fly through, from where to where, and what is asked.
+    """What photons cross, from where to where, and what is requested.
 
-    weights (n_energy,) undo a bias of the energies; asked (nv, nu) bool: the cells that matter.
+    weights (n_energy,) undo a bias of the energies; requested (nv, nu) bool: the cells that matter.
     """
 
     body: Body
     matter: Matter
     field: Field
     weights: np.ndarray
-    asked: np.ndarray
+    requested: np.ndarray
 
 
 class Scratch(NamedTuple):
@@ -87,7 +87,7 @@ def dot(a: Triple, b: Triple) -> float:
 
 @compiled
 def further(p: Photon, t: float, weight: float) -> Photon:
-    """The photon after a flight t."""
+    """The photon after a distance t."""
     x, y, z = p.at
     dx, dy, dz = p.along
     return Photon(p.energy, weight, (x + t * dx, y + t * dy, z + t * dz), p.along)
@@ -107,7 +107,7 @@ def scattered(p: Photon, material: int, scattering: float, matter: Matter, state
 
 @compiled
 def chance(p: Photon, promise: Promise, worth: float, field: Field) -> float:
-    """What the photon promises, in units of what is fair; worth: of the cell that it flies to."""
+    """What the photon promises, in units of what is fair; worth: of the cell on its ray."""
     down = -dot(p.along, field.n)
     height = dot(p.at, field.n) - dot(field.corner, field.n)
     tau = min(promise.slope * max(height - promise.bottom, 0.0), promise.whole)
@@ -132,12 +132,12 @@ def follow(
         i, j, worth = 0, 0, 0.0
         if t_seen < math.inf:
             i, j = int(r * field.per_mm), int(s * field.per_mm)
-            worth = 1.0 if setting.asked[i, j] else ELSEWHERE
+            worth = 1.0 if setting.requested[i, j] else ELSEWHERE
         survival = min(chance(p, promise, worth, field), 1.0)
         if uniform(state) >= survival:
             return
         attenuation(setting.matter, p.energy, mu)
-        n = walked(setting.body, mu, t_seen, p.at, p.along, path)
+        n = traversed(setting.body, mu, t_seen, p.at, p.along, path)
         w = p.weight / survival
         if t_seen < math.inf:
             score = w * p.energy * math.exp(-path[n, TAU])
@@ -151,18 +151,18 @@ def follow(
 
 @compiled
 def history(setting: Setting, first: Scratch, room: Scratch, state: np.ndarray, cells: np.ndarray) -> None:
-    """One photon from the source, and all that its first flight may become."""
+    """One photon from the source, and all that its first ray may become."""
     field, path = setting.field, first.path
-    i = line(field, state)
-    dx, dy, dz, t_seen, s, r = emitted(field, state)
+    i = sampled_line(field, state)
+    dx, dy, dz, t_seen, s, r = sampled_direction(field, state)
     collisions, weight = FIRST_COLLISIONS, setting.weights[i]
-    if not setting.asked[int(r * field.per_mm), int(s * field.per_mm)]:
+    if not setting.requested[int(r * field.per_mm), int(s * field.per_mm)]:
         if uniform(state) * BESIDE >= 1:
             return
         collisions, weight = collisions * BESIDE, weight * BESIDE
     p = Photon(field.energies[i], weight, field.source, (dx, dy, dz))
     attenuation(setting.matter, p.energy, first.mu)
-    n = walked(setting.body, first.mu, t_seen, p.at, p.along, path)
+    n = traversed(setting.body, first.mu, t_seen, p.at, p.along, path)
     tau, S = path[n, TAU], path[n, SCATTERS]
     top, bottom = ends(path, n)
     down = -dot(p.along, field.n)
@@ -183,7 +183,7 @@ def scatter_block(
 
     steps: of the longest path.
     """
-    state = stream(seed, block)
+    state = random_stream(seed, block)
     n_material = setting.matter.mu.shape[1]
     first = Scratch(np.empty((n_material, 2)), np.empty((steps, 4)))
     room = Scratch(np.empty((n_material, 2)), np.empty((steps, 4)))

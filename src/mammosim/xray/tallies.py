@@ -20,7 +20,7 @@ class Tallies:
     """Means per photon that leaves the source towards the detector.
 
     materials: (n_material,) keV deposited in each material; [0] is the air, also that outside the grid.
-    regions: (n_region,) keV deposited in the asked boxes.
+    regions: (n_region,) keV deposited in the requested boxes.
     primary, scatter: (nv, nu) keV that reaches each cell of `detector`; scatter_squared: keV2, for its noise.
     emitted_kev, escaped_kev: what started and what left; photons_per_mas: how many start per mAs.
     """

@@ -1,12 +1,14 @@
 """One photon from the source to its end, compiled."""
 
+import math
+
 import numpy as np
 
 from mammosim.io.compiled import njit
-from mammosim.xray.emission import Field, emitted, line, to_detector
-from mammosim.xray.flight import LOST, SEEN, Body, flown
 from mammosim.xray.interactions import LOWEST_KEV, Matter, between, coherent, incoherent, place, turned
-from mammosim.xray.stream import compiled, stream
+from mammosim.xray.random_stream import compiled, random_stream
+from mammosim.xray.source_sampling import Field, sampled_direction, sampled_line, to_detector
+from mammosim.xray.transport_step import LOST, SEEN, Body, transport_step
 
 
 @compiled
@@ -38,6 +40,23 @@ def collided(
 
 
 @compiled
+def after_collision(
+    matter: Matter, field: Field, E: float, row: int, share: float, material: int, v: float, x: float,
+    y: float, z: float, dx: float, dy: float, dz: float, state: np.ndarray,
+) -> tuple[float, int, float, float, float, float, float, float, float]:  # fmt: skip
+    """Of a photon that collides at (x, y, z): its energy, 0 when absorbed, with its row and share in the
+    tables; its direction; how far, and where along u and v, it would be seen."""
+    E_new, cos = collided(matter, E, row, share, material, v, state)
+    if E_new == 0:
+        return 0.0, row, share, dx, dy, dz, math.inf, 0.0, 0.0
+    if E_new < E:
+        row, share = place(E_new)
+    dx, dy, dz = turned(dx, dy, dz, cos, state)
+    t_seen, s, r = to_detector(field, x, y, z, dx, dy, dz)
+    return E_new, row, share, dx, dy, dz, t_seen, s, r
+
+
+@compiled
 def track(
     body: Body, matter: Matter, field: Field, regions: np.ndarray, state: np.ndarray, by_material: np.ndarray,
     by_region: np.ndarray, cells: np.ndarray, balance: np.ndarray,
@@ -46,14 +65,14 @@ def track(
 
     cells (3, nv, nu): primary keV, scatter keV, scatter keV2; balance (2,): keV emitted and escaped.
     """
-    E = field.energies[line(field, state)]
-    dx, dy, dz, t_seen, s, r = emitted(field, state)
+    E = field.energies[sampled_line(field, state)]
+    dx, dy, dz, t_seen, s, r = sampled_direction(field, state)
     x, y, z = field.source[0], field.source[1], field.source[2]
     row, share = place(E)
     balance[0] += E
     scattered = False
     while True:
-        t, end, material, v = flown(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
+        t, end, material, v = transport_step(body, matter, row, share, t_seen, x, y, z, dx, dy, dz, state)
         if end == LOST:
             balance[1] += E
             return
@@ -66,16 +85,16 @@ def track(
                 cells[0, i, j] += E
             return
         x, y, z = x + t * dx, y + t * dy, z + t * dz
-        E_new, cos = collided(matter, E, row, share, material, v, state)
-        if E_new < E:
-            deposit(regions, material, E - E_new, x, y, z, by_material, by_region)
-            if E_new == 0:
+        before = E
+        E, row, share, dx, dy, dz, t_seen, s, r = after_collision(
+            matter, field, E, row, share, material, v, x, y, z, dx, dy, dz, state
+        )
+        given = before - E
+        if given > 0:
+            deposit(regions, material, given, x, y, z, by_material, by_region)
+            if E == 0:
                 return
-            E = E_new
-            row, share = place(E)
         scattered = True
-        dx, dy, dz = turned(dx, dy, dz, cos, state)
-        t_seen, s, r = to_detector(field, x, y, z, dx, dy, dz)
 
 
 @njit(cache=True, nogil=True)
@@ -88,6 +107,6 @@ def track_block(
     regions (n_region, 6) mm: boxes whose energy is tallied, too; by_material (n_material,),
     by_region (n_region,), cells (3, nv, nu), balance (2,).
     """
-    state = stream(seed, block)
+    state = random_stream(seed, block)
     for _ in range(histories):
         track(body, matter, field, regions, state, by_material, by_region, cells, balance)

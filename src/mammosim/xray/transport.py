@@ -1,4 +1,4 @@
-"""Where the energy of a beam goes: plain photon Monte Carlo, run until the asked uncertainty is met."""
+"""Where the energy of a beam goes: plain photon Monte Carlo, run until the requested uncertainty is met."""
 
 from dataclasses import dataclass
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from mammosim.core.errors import XrayError
 from mammosim.xray.blocks import FEWEST_BLOCKS, Goal, Limits, relative, run_blocks
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import Phantom
-from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.tallies import Estimate, Tallies, tallies
 from mammosim.xray.tracking import track_block
@@ -56,12 +56,12 @@ def transport(
     # ASSUME: the detector absorbs what reaches it; nothing is scattered back from it.
     if not np.any(phantom.index == accuracy.index):
         raise XrayError(
-            f"no voxel has index {accuracy.index}, whose energy was asked to {accuracy.relative_error:g}"
+            f"no voxel has index {accuracy.index}, whose energy is requested to {accuracy.relative_error:g}"
         )
     detector = geometry.detector.binned(cell_mm)
     boxes = np.zeros((0, 2, 3)) if regions is None else np.asarray(regions, float).reshape(-1, 2, 3)
-    scene = Scene(phantom, geometry, spectrum)
-    parts = (scene.body, scene.matter, scene.beam(detector), boxes.reshape(-1, 6))
+    setup = ExposureSetup(phantom, geometry, spectrum)
+    parts = (setup.body, setup.matter, setup.beam(detector), boxes.reshape(-1, 6))
 
     def kernel(b: int, *rows: np.ndarray) -> None:
         track_block(*parts, b, accuracy.block, seed, *rows)
@@ -73,4 +73,4 @@ def transport(
     shapes = ((len(phantom.materials),), (len(boxes),), (3, *detector.shape), (2,))
     goal = Goal(f"the energy in material {accuracy.index}", error, accuracy.relative_error)
     run = run_blocks(kernel, shapes, goal, block=accuracy.block, limits=Limits(accuracy.max_histories))
-    return tallies(run.estimates, run.histories, scene.photons_per_mas, detector)
+    return tallies(run.estimates, run.histories, setup.photons_per_mas, detector)

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from mammosim.io.tabulated import tabulated
-from mammosim.xray.asked import EnergyIn, EnergyInRegions
 from mammosim.xray.blocks import Limits
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.report195 import (
     BEAMS,
     TISSUE,
@@ -13,7 +13,7 @@ from mammosim.xray.report195 import (
     geometry_of_report,
     regions_of_report,
 )
-from mammosim.xray.scene import Scene
+from mammosim.xray.tally_request import EnergyIn, EnergyInRegions
 
 EV_PER_KEV = 1e3
 TOTAL_GATE_PERCENT = 0.5  # what the report's codes scatter by
@@ -30,9 +30,9 @@ def report195_rows(*, total_error: float, region_error: float, seed: int) -> pd.
     phantom, geometry, regions = breast_of_report(), geometry_of_report(), regions_of_report()
     tables = []
     for beam in BEAMS:
-        scene = Scene(phantom, geometry, beam_of_report(beam))
-        total = EnergyIn(TISSUE, total_error).answer(scene, seed=seed, limits=Limits())
-        parts = EnergyInRegions(regions, region_error).answer(scene, seed=seed, limits=Limits())
+        setup = ExposureSetup(phantom, geometry, beam_of_report(beam))
+        total = EnergyIn(TISSUE, total_error).result(setup, seed=seed, limits=Limits())
+        parts = EnergyInRegions(regions, region_error).result(setup, seed=seed, limits=Limits())
         reference = tabulated("report195_case3").query("beam == @beam")
         gates = [TOTAL_GATE_PERCENT] + [REGION_GATE_PERCENT[beam]] * len(regions)
         table = pd.DataFrame({"quantity": reference["quantity"], "beam": beam, "gate_percent": gates})

@@ -34,7 +34,7 @@ def test_volumes_add_in_a_mixture_without_density():
     assert mixed.density_g_cm3 == pytest.approx(1 / (0.5 / 0.93 + 0.5 / 1.04))
 
 
-def test_unknown_material_process_and_energy_are_refused():
+def test_unknown_material_process_and_energy_are_rejected():
     with pytest.raises(XrayError, match="choose one of: adipose"):
         material("adipos")
     with pytest.raises(XrayError, match="unknown process"):
@@ -43,7 +43,7 @@ def test_unknown_material_process_and_energy_are_refused():
         linear_attenuation(material("water"), np.array([0.5]))
 
 
-def test_fractions_that_do_not_add_to_one_are_refused():
+def test_fractions_that_do_not_add_to_one_are_rejected():
     with pytest.raises(XrayError, match="must add to 1"):
         Material("percent", 1.0, ((1, 11.0), (8, 89.0)))
     with pytest.raises(XrayError, match="density"):

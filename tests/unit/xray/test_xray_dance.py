@@ -39,7 +39,7 @@ def test_dose_per_kerma_falls_with_thickness_and_gland_and_grows_with_hardness()
     assert D(0.33, 45, 30) > D(0.33, 45, 31)
 
 
-def test_what_the_tables_do_not_hold_is_refused():
+def test_what_the_tables_do_not_hold_is_rejected():
     with pytest.raises(XrayError, match="outside Dance's table, 20 to 110"):
         dance_dose(0.35, 15.0, glandularity_percent=50.0, combination="Mo/Mo")
     with pytest.raises(XrayError, match=r"half-value layer in mm Al = 0\.7"):

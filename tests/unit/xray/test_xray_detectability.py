@@ -65,7 +65,7 @@ def test_images_without_a_signal_have_an_interval_from_zero():
     assert found.high < 0.8
 
 
-def test_impossible_observers_are_refused():
+def test_impossible_observers_are_rejected():
     few = np.zeros((2, *SHAPE))
     with pytest.raises(XrayError, match="too few"):
         detectability(few, few, laguerre_gauss(SHAPE, width_pixels=8.0, count=4))

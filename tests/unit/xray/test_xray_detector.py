@@ -108,7 +108,7 @@ def test_cnr_is_contrast_over_noise_with_its_standard_error():
     assert values.std() == pytest.approx(errors.mean(), rel=4 / np.sqrt(2 * 300))
 
 
-def test_impossible_exposures_and_masks_are_refused():
+def test_impossible_exposures_and_masks_are_rejected():
     with pytest.raises(XrayError, match="mas = 0"):
         expose(flat(3), None, mas=0, pixel_mm=1.0, rng=generator(1))
     with pytest.raises(XrayError, match="different pixels"):

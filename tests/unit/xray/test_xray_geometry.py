@@ -1,4 +1,4 @@
-"""Phantom and geometry: where things are, and what is refused."""
+"""Phantom and geometry: where things are, and what is rejected."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_binning_keeps_the_detector_in_place():
         fine.binned(3.5)
 
 
-def test_impossible_detectors_and_sources_are_refused():
+def test_impossible_detectors_and_sources_are_rejected():
     with pytest.raises(XrayError, match="orthonormal"):
         Detector(np.zeros(3), X, X + Y, (2, 2), 1.0)
     with pytest.raises(XrayError, match="positive size"):
@@ -64,7 +64,7 @@ def test_mammography_source_stands_over_the_chest_wall_edge():
     assert geometry.source_height_mm == pytest.approx(650.0)
 
 
-def test_a_breast_that_leaves_the_field_is_refused():
+def test_a_breast_that_leaves_the_field_is_rejected():
     with pytest.raises(XrayError, match=r"enlarge xray\.field_mm"):
         mammography_geometry(block(), chest_wall_y_mm=0.0, field_mm=(50.0, 300.0))
     with pytest.raises(XrayError, match=r"enlarge xray\.field_mm"):
@@ -73,7 +73,7 @@ def test_a_breast_that_leaves_the_field_is_refused():
         mammography_geometry(block(), chest_wall_y_mm=-100.0)
 
 
-def test_impossible_phantoms_are_refused():
+def test_impossible_phantoms_are_rejected():
     grid = grid_around(np.zeros(3), np.full(3, 4.0), 1.0)
     ones = np.ones(grid.shape, np.uint8)
     with pytest.raises(XrayError, match="empty"):

@@ -47,6 +47,6 @@ def test_a_paddle_hardens_the_beam_and_takes_kerma():
         (lambda: tube_spectrum("W", "Al", 0.7, 49.5), "computed tomography"),
     ],
 )
-def test_impossible_layers_and_voltages_are_refused(make, word):
+def test_impossible_layers_and_voltages_are_rejected(make, word):
     with pytest.raises(XrayError, match=word):
         make()

@@ -12,9 +12,9 @@ from mammosim.xray.attenuation import material
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.laminography import seen_flat, view_of
 from mammosim.xray.phantom import Phantom
+from mammosim.xray.point_spread import point_spread_widths
 from mammosim.xray.projector import path_lengths
 from mammosim.xray.reconstruction import filtered_backprojection, line_integrals, sart
-from mammosim.xray.spread import spread
 from mammosim.xray.systems import system_named
 from mammosim.xray.views import tomosynthesis_geometries
 
@@ -124,7 +124,7 @@ def test_a_wider_arc_sees_depth_better():
     for arc in (12.0, 24.0, 48.0):
         geometries = views_of("ge", arc)
         found = filtered_backprojection(lengths_in(bead_phantom(), geometries), geometries, GRID).image
-        widths.append(spread(found, BEAD, radius_mm=2.0).z_mm)
+        widths.append(point_spread_widths(found, BEAD, radius_mm=2.0).z_mm)
     ratios = np.array(widths[:-1]) / widths[1:]
     assert np.all((ratios > 1.4) & (ratios < 2.6)), widths
 
@@ -167,14 +167,14 @@ def test_the_width_of_a_gaussian_is_two_root_two_ln_two_sigma():
     grid = grid_around(np.full(3, -20.0), np.full(3, 20.0), 0.5)
     r = grid.centres().reshape(*grid.shape, 3)
     values = np.exp(-0.5 * np.sum((r / [1.0, 2.0, 3.0]) ** 2, axis=-1)).astype(np.float32)
-    found = spread(Image(grid, values), np.zeros(3), radius_mm=1.0)
+    found = point_spread_widths(Image(grid, values), np.zeros(3), radius_mm=1.0)
     half = 2 * np.sqrt(2 * np.log(2))
     # linear reading at half height errs by h^2/8 times the curvature over the slope, below 0.02 mm here;
     # the voxel nearest to the top is h/2 away in each direction and lowers it a little
     np.testing.assert_allclose([found.x_mm, found.y_mm, found.z_mm], half * np.array([1, 2, 3]), rtol=0.04)
 
 
-def test_impossible_reconstructions_are_refused():
+def test_impossible_reconstructions_are_rejected():
     geometries = views_of("ge")
     images = [np.zeros(g.detector.shape) for g in geometries]
     with pytest.raises(XrayError, match="one for each"):

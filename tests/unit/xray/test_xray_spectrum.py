@@ -1,4 +1,4 @@
-"""Spectra: what is conserved, what is refused."""
+"""Spectra: what is conserved, what is rejected."""
 
 import numpy as np
 import pytest
@@ -66,12 +66,12 @@ def test_kerma_of_one_photon_is_energy_times_absorption_coefficient():
         (("W", "Rh", float("nan"), 28.0), "usual is 0.05"),
     ],
 )
-def test_impossible_tubes_are_refused_with_advice(arguments, word):
+def test_impossible_tubes_are_rejected_with_advice(arguments, word):
     with pytest.raises(XrayError, match=word):
         tube_spectrum(*arguments)
 
 
-def test_impossible_tube_settings_are_refused():
+def test_impossible_tube_settings_are_rejected():
     with pytest.raises(XrayError, match="anode_angle_deg"):
         Tube(anode_angle_deg=0.0)
 
@@ -88,11 +88,11 @@ def test_impossible_tube_settings_are_refused():
         ([10.0], [1.0, 1.0], "must both be"),
     ],
 )
-def test_impossible_spectra_are_refused(energies, fluence, word):
+def test_impossible_spectra_are_rejected(energies, fluence, word):
     with pytest.raises(XrayError, match=word):
         Spectrum(np.array(energies), np.array(fluence))
 
 
-def test_kerma_outside_its_table_is_refused():
+def test_kerma_outside_its_table_is_rejected():
     with pytest.raises(XrayError, match="air kerma is tabulated"):
         kerma_per_fluence(np.array([60.0]))

@@ -11,7 +11,7 @@ from mammosim.io.tabulated import tabulated
 from mammosim.xray.systems import system_named, system_of, systems
 
 
-def test_impossible_systems_are_refused():
+def test_impossible_systems_are_rejected():
     with pytest.raises(XrayError, match="choose one of: hologic"):
         system_named("kodak")
     with pytest.raises(XrayError, match="one view has no arc"):
@@ -23,7 +23,7 @@ def test_impossible_systems_are_refused():
 
 
 @pytest.mark.parametrize("made", [lambda t: t.drop(columns="arc_deg"), lambda t: t.assign(arc_deg=np.nan)])
-def test_a_system_that_lacks_something_is_refused_by_name_with_what_it_lacks(made):
+def test_a_system_that_lacks_something_is_rejected_by_name_with_what_it_lacks(made):
     with pytest.raises(XrayError, match=r"'ge' lacks arc_deg; complete its row .* one: hologic"):
         system_of(made(pd.DataFrame(tabulated("imaging_systems"))), "ge")
 

@@ -1,4 +1,4 @@
-"""Photon transport: energy, errors, streams, and what is refused."""
+"""Photon transport: energy, errors, streams, and what is rejected."""
 
 import numba
 import numpy as np
@@ -7,7 +7,7 @@ import pytest
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import grid_around
 from mammosim.xray.attenuation import material
-from mammosim.xray.cover import cover
+from mammosim.xray.bounding_boxes import bounding_boxes
 from mammosim.xray.dose import air_kerma_at, mean_glandular_dose
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
@@ -98,7 +98,7 @@ def test_a_detector_beside_the_chest_below_the_breast_is_seen():
     assert abs(run.lost_kev) < 1e-12 * run.emitted_kev
 
 
-def test_impossible_runs_are_refused():
+def test_impossible_runs_are_rejected():
     with pytest.raises(XrayError, match="no voxel has index 3"):
         transport(block(), GEOMETRY, BEAM, accuracy=Accuracy(3, 0.02), seed=1)
     with pytest.raises(XrayError, match="raise it, or accept"):
@@ -137,7 +137,7 @@ def test_kerma_falls_with_the_square_of_distance_and_in_air():
         air_kerma_at(np.array([0, 0, 700.0]), GEOMETRY, BEAM, air=air)
 
 
-def test_dose_without_gland_is_refused():
+def test_dose_without_gland_is_rejected():
     run = transport(block(), GEOMETRY, BEAM, accuracy=ROUGH, seed=1)
     with pytest.raises(XrayError, match="no glandular dose"):
         mean_glandular_dose(run, block(), index=5, incident_kerma_mgy_per_mas=1.0)
@@ -147,7 +147,7 @@ def test_a_cover_holds_everything_once_and_separates_distant_parts():
     occupied = np.zeros((20, 30, 40), bool)
     occupied[2:5, 3:10, 1:39] = True
     occupied[5:18, 20:28, 30:35] = True
-    boxes = cover(occupied)
+    boxes = bounding_boxes(occupied)
     count = np.zeros(occupied.shape, int)
     for box in boxes:
         count[tuple(slice(*span) for span in box)] += 1
@@ -158,4 +158,4 @@ def test_a_cover_holds_everything_once_and_separates_distant_parts():
 def test_the_cover_of_one_voxel_is_that_voxel():
     occupied = np.zeros((3, 3, 3), bool)
     occupied[1, 2, 0] = True
-    assert cover(occupied).tolist() == [[[1, 2], [2, 3], [0, 1]]]
+    assert bounding_boxes(occupied).tolist() == [[[1, 2], [2, 3], [0, 1]]]

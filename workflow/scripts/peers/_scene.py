@@ -5,9 +5,9 @@ from _xray import Problem
 
 from mammosim.core.volume import Grid
 from mammosim.xray.attenuation import Material
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
-from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
 
 EV_PER_KEV = 1e3
@@ -26,7 +26,7 @@ def geometry_of(problem: Problem, source: np.ndarray) -> Geometry:
     return Geometry(source, Detector(*axes, tuple(d["shape"]), d["pixel_mm"]))
 
 
-def scene_of(problem: Problem) -> Scene:
+def scene_of(problem: Problem) -> ExposureSetup:
     """Phantom, geometry and spectrum."""
     facts, index = problem.facts, problem.arrays["index"]
     materials = [
@@ -34,4 +34,4 @@ def scene_of(problem: Problem) -> Scene:
     ]
     spectrum = Spectrum(np.array(facts["energies_kev"]), np.array(facts["fluence"]), facts["distance_mm"])
     geometry = geometry_of(problem, np.array(facts["source_mm"]))
-    return Scene(Phantom(grid_of(problem, index.shape), index, tuple(materials)), geometry, spectrum)
+    return ExposureSetup(Phantom(grid_of(problem, index.shape), index, tuple(materials)), geometry, spectrum)

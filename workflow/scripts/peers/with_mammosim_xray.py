@@ -6,11 +6,11 @@ import numpy as np
 from _scene import EV_PER_KEV, geometry_of, grid_of, scene_of
 from _xray import Problem, Solver, run
 
-from mammosim.xray.answer import MaterialsAnswer, RegionsAnswer, ScatterAnswer
-from mammosim.xray.asked import EnergyIn, EnergyInRegions, ScatterImage
 from mammosim.xray.blocks import Limits
 from mammosim.xray.projector import Primary, primary
 from mammosim.xray.reconstruction import Slices, sart
+from mammosim.xray.tally_request import EnergyIn, EnergyInRegions, ScatterImage
+from mammosim.xray.tally_result import MaterialsResult, RegionsResult, ScatterResult
 
 
 class View:
@@ -37,11 +37,11 @@ class Transport:
     def quantity(self) -> EnergyIn | EnergyInRegions | ScatterImage:
         return EnergyIn(self.facts["tissue"], self.facts["relative_error"])
 
-    def solve(self) -> MaterialsAnswer | RegionsAnswer | ScatterAnswer:
+    def solve(self) -> MaterialsResult | RegionsResult | ScatterResult:
         self.seed += 1
-        return self.asked.answer(self.scene, seed=self.seed, limits=Limits())
+        return self.asked.result(self.scene, seed=self.seed, limits=Limits())
 
-    def answer(self, solved: MaterialsAnswer) -> dict:
+    def answer(self, solved: MaterialsResult) -> dict:
         found, tissue = solved.materials, self.facts["tissue"]
         return energy(found.value[tissue], found.error[tissue], solved.histories)
 
@@ -50,7 +50,7 @@ class Region(Transport):
     def quantity(self) -> EnergyInRegions:
         return EnergyInRegions(np.array(self.facts["box_mm"])[None], self.facts["relative_error"])
 
-    def answer(self, solved: RegionsAnswer) -> dict:
+    def answer(self, solved: RegionsResult) -> dict:
         return energy(solved.regions.value[0], solved.regions.error[0], solved.histories)
 
 
@@ -58,8 +58,8 @@ class Scatter(Transport):
     def quantity(self) -> ScatterImage:
         return ScatterImage(self.facts["tissue"], self.facts["relative_error"], self.facts["cell_mm"])
 
-    def answer(self, solved: ScatterAnswer) -> dict:
-        value, error = (a[solved.asked] for a in (solved.scatter.value, solved.scatter.error))
+    def answer(self, solved: ScatterResult) -> dict:
+        value, error = (a[solved.requested] for a in (solved.scatter.value, solved.scatter.error))
         reached = float(np.sqrt(np.mean((error / value) ** 2)))
         total = EV_PER_KEV * float(value.sum())
         return {"histories": float(solved.histories), "value": total, "reached": reached}

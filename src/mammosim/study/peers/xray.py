@@ -14,6 +14,7 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.io.tabulated import tabulated
 from mammosim.study.peers.xray_bodies import beam, body, geometry_at, grid_of, scene_facts
 from mammosim.xray.attenuation import linear_attenuation
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import path_lengths, primary
@@ -24,7 +25,6 @@ from mammosim.xray.report195 import (
     geometry_of_report,
     regions_of_report,
 )
-from mammosim.xray.scene import Scene
 
 Arrays = dict[str, np.ndarray]
 COARSER = 8  # times, of what warms a program up
@@ -70,10 +70,10 @@ class View:
     pixel_mm: float
     energies: int
 
-    def scene(self) -> Scene:
+    def scene(self) -> ExposureSetup:
         """Body, geometry and beam."""
         phantom = body(self.body, grid_of(self.voxels, self.voxel_mm))
-        return Scene(phantom, geometry_at(0.0, self.pixels, self.pixel_mm), beam(self.energies))
+        return ExposureSetup(phantom, geometry_at(0.0, self.pixels, self.pixel_mm), beam(self.energies))
 
     def problem(self) -> tuple[Arrays, dict[str, Any]]:
         """index (nz, ny, nx); mu (n_material, n_energy) 1/mm; weights (n_energy,) keV/mm2 per mAs at 1 mm."""
@@ -99,7 +99,7 @@ class View:
         off = (found["image"] / exact - 1)[through]
         return columns("root mean square, of itself", error=float(np.sqrt(np.mean(off**2))))
 
-    def _of_slabs(self, scene: Scene) -> np.ndarray:
+    def _of_slabs(self, scene: ExposureSetup) -> np.ndarray:
         """The image (nv, nu) behind two wide slabs, each as thick as half of the slices."""
         arrays, _ = self.problem()
         r, h = _ways(scene.geometry), scene.geometry.source_height_mm
@@ -118,9 +118,9 @@ class Dose:
     voxel_mm: float
     relative_error: float
 
-    def scene(self) -> Scene:
+    def scene(self) -> ExposureSetup:
         """The report's, at 0 degrees."""
-        return Scene(breast_of_report(self.voxel_mm), geometry_of_report(), beam_of_report(self.beam))
+        return ExposureSetup(breast_of_report(self.voxel_mm), geometry_of_report(), beam_of_report(self.beam))
 
     def problem(self) -> tuple[Arrays, dict[str, Any]]:
         """index (nz, ny, nx), and which material is the tissue."""
@@ -204,7 +204,7 @@ class Slices:
         views = self.geometries()
         integrals = np.stack([(path_lengths(phantom, view) @ mu).astype(np.float32) for view in views])
         sources = np.array([view.source for view in views])
-        scene = Scene(phantom, views[0], beam(1))
+        scene = ExposureSetup(phantom, views[0], beam(1))
         facts = scene_facts(scene) | {"shape": list(self.voxels), "iterations": self.iterations}
         return {"integrals": integrals, "sources": sources}, facts
 

@@ -9,9 +9,9 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.core.rng import generator
 from mammosim.core.volume import Grid
 from mammosim.xray.attenuation import material
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import AIR, Phantom
-from mammosim.xray.scene import Scene
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.tube import tube_spectrum
 
@@ -70,7 +70,7 @@ def beam(energies: int) -> Spectrum:
     return tube_spectrum("W", "Rh", 0.05, 28.0).rebinned(energies)
 
 
-def scene_facts(scene: Scene) -> dict[str, Any]:
+def scene_facts(scene: ExposureSetup) -> dict[str, Any]:
     """A scene but for its voxels, in plain values: mm, keV, photons per mm2 and mAs at a distance."""
     grid, d, spectrum = scene.phantom.grid, scene.geometry.detector, scene.spectrum
     return {

@@ -4,9 +4,17 @@ import math
 
 import numpy as np
 
-from mammosim.xray.emission import Triple
-from mammosim.xray.flight import LOST_AFTER_MM, MIXED, Body, faces, inverse, next_box
-from mammosim.xray.stream import compiled
+from mammosim.xray.random_stream import compiled
+from mammosim.xray.source_sampling import Triple
+from mammosim.xray.transport_step import (
+    LOST_AFTER_MM,
+    MIXED,
+    Body,
+    faces_of_cell,
+    inverse,
+    next_box,
+    next_cell,
+)
 
 EVEN = 1e-6  # below, exp(-x) is 1 - x to rounding
 T, TAU, SCATTERS, MATERIAL = 0, 1, 2, 3  # columns of a path
@@ -30,7 +38,7 @@ def stepped(path: np.ndarray, n: int, t: float, mu: np.ndarray, material: int) -
 
 
 @compiled
-def walked(body: Body, mu: np.ndarray, t_seen: float, p: Triple, d: Triple, path: np.ndarray) -> int:
+def traversed(body: Body, mu: np.ndarray, t_seen: float, p: Triple, d: Triple, path: np.ndarray) -> int:
     """Steps of a ray from p along d to the detector at t_seen, or out of the body and through the air.
 
     mu (n_material, 2) 1/mm: total, and scattering only. path (n + 1, 4): after each step the distance, the
@@ -52,27 +60,18 @@ def walked(body: Body, mu: np.ndarray, t_seen: float, p: Triple, d: Triple, path
         if t < t_box or t_seen <= t_box:
             return n
         t_stop = min(t_out, t_seen)
-        i, step_i, tx, wx = faces(px + t * d[0], ix, body.block_mm[0], nx)
-        j, step_j, ty, wy = faces(py + t * d[1], iy, body.block_mm[1], ny)
-        k, step_k, tz, wz = faces(pz + t * d[2], iz, body.block_mm[2], nz)
-        tx, ty, tz = tx + t, ty + t, tz + t
+        at = (px + t * d[0], py + t * d[1], pz + t * d[2])
+        cell, step, far, width = faces_of_cell(at, (ix, iy, iz), body.block_mm, (nx, ny, nz), t)
         while t < t_stop:
-            t_face = min(tx, ty, tz, t_stop)
+            i, j, k = cell
+            t_face = min(far[0], far[1], far[2], t_stop)
             material = body.single[body.blocks[k, j, i]]
             if material != MIXED:
                 n = stepped(path, n, t_face, mu, material)
             else:
                 n = through_tile(body, mu, i, j, k, t_face, px, py, pz, d, ix, iy, iz, path, n)
             t = t_face
-            if tx <= ty and tx <= tz:
-                tx += wx
-                i = min(max(i + step_i, 0), nx - 1)
-            elif ty <= tz:
-                ty += wy
-                j = min(max(j + step_j, 0), ny - 1)
-            else:
-                tz += wz
-                k = min(max(k + step_k, 0), nz - 1)
+            cell, far = next_cell(cell, step, far, width, (nx, ny, nz))
         if t >= t_seen:
             return n
 
@@ -87,24 +86,19 @@ def through_tile(
     tile = body.tiles[k, j, i]
     t = path[n, T]
     hx, hy, hz = body.block_mm[0] / sx, body.block_mm[1] / sy, body.block_mm[2] / sz
-    a, step_a, tx, wx = faces(px + t * d[0] - i * body.block_mm[0], ix, hx, sx)
-    b, step_b, ty, wy = faces(py + t * d[1] - j * body.block_mm[1], iy, hy, sy)
-    c, step_c, tz, wz = faces(pz + t * d[2] - k * body.block_mm[2], iz, hz, sz)
-    tx, ty, tz = tx + t, ty + t, tz + t
+    at = (
+        px + t * d[0] - i * body.block_mm[0],
+        py + t * d[1] - j * body.block_mm[1],
+        pz + t * d[2] - k * body.block_mm[2],
+    )
+    voxel, step, far, width = faces_of_cell(at, (ix, iy, iz), (hx, hy, hz), (sx, sy, sz), t)
     while True:
-        t = min(tx, ty, tz, t_face)
+        a, b, c = voxel
+        t = min(far[0], far[1], far[2], t_face)
         n = stepped(path, n, t, mu, body.voxels[tile, c, b, a])
         if t >= t_face:
             return n
-        if tx <= ty and tx <= tz:
-            tx += wx
-            a = min(max(a + step_a, 0), sx - 1)
-        elif ty <= tz:
-            ty += wy
-            b = min(max(b + step_b, 0), sy - 1)
-        else:
-            tz += wz
-            c = min(max(c + step_c, 0), sz - 1)
+        voxel, far = next_cell(voxel, step, far, width, (sx, sy, sz))
 
 
 @compiled

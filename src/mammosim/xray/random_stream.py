@@ -26,7 +26,7 @@ def scrambled(word: np.uint64) -> np.uint64:
 
 
 @njit(cache=True)
-def stream(seed: int, block: int) -> np.ndarray:
+def random_stream(seed: int, block: int) -> np.ndarray:
     """State (2,) uint64 of a block's own stream, as splitmix64 scrambles seed and block."""
     key = scrambled(np.uint64(seed) + GOLDEN) + np.uint64(2) * np.uint64(block) * GOLDEN
     state = np.empty(2, np.uint64)

@@ -1,4 +1,4 @@
-"""The map of the energy given to a body, asked as everything else in `asked`."""
+"""The map of the energy given to a body, a request as those of `tally_request`."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import Grid
-from mammosim.xray.answer import MapAnswer
-from mammosim.xray.asked import require_error
 from mammosim.xray.blocks import Goal, Limits, run_blocks
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.mapping import map_block
 from mammosim.xray.phantom import Phantom
-from mammosim.xray.scene import Scene
 from mammosim.xray.tallies import Estimate
+from mammosim.xray.tally_request import require_error
+from mammosim.xray.tally_result import MapResult
 
 MAP_BLOCK = 50_000  # histories; adding up a map costs as much as some ten thousand
 
@@ -31,11 +31,11 @@ class EnergyMap:
     def __post_init__(self) -> None:
         require_error(self.relative_error)
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> MapAnswer:
-        """Answers as the class says."""
-        grid = self._cells(scene.phantom)
+    def result(self, setup: ExposureSetup, *, seed: int, limits: Limits) -> MapResult:
+        """As the class says."""
+        grid = self._cells(setup.phantom)
         per_mm = (1 / grid.spacing[0], 1 / grid.spacing[1], 1 / grid.spacing[2])
-        parts = (scene.body, scene.matter, scene.beam(scene.geometry.detector), per_mm)
+        parts = (setup.body, setup.matter, setup.beam(setup.geometry.detector), per_mm)
 
         def kernel(b: int, cells: np.ndarray) -> None:
             map_block(*parts, b, MAP_BLOCK, seed, cells)
@@ -46,7 +46,7 @@ class EnergyMap:
 
         goal = Goal("the map of the energy", error, self.relative_error)
         run = run_blocks(kernel, (tuple(grid.shape),), goal, block=MAP_BLOCK, limits=limits)
-        return MapAnswer(run.estimates[0], grid, run.histories, scene.photons_per_mas)
+        return MapResult(run.estimates[0], grid, run.histories, setup.photons_per_mas)
 
     def _cells(self, phantom: Phantom) -> Grid:
         """The grid of the cells, which starts at the phantom's lower corner."""

@@ -7,16 +7,16 @@ import numpy as np
 
 from mammosim.xray.attenuation import linear_attenuation
 from mammosim.xray.beam import body_of, field_of, require_outside
-from mammosim.xray.emission import Field
-from mammosim.xray.flight import Body
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.interactions import Matter, matter
 from mammosim.xray.phantom import Phantom
+from mammosim.xray.source_sampling import Field
 from mammosim.xray.spectrum import Spectrum
+from mammosim.xray.transport_step import Body
 
 
 @dataclass(frozen=True)
-class Scene:
+class ExposureSetup:
     """A phantom in a geometry, and the spectrum of the source.
 
     Raises XrayError when source or detector are inside the body, or the spectrum leaves the tables.

@@ -1,6 +1,6 @@
-"""How far a photon flies through the body and the air around it, compiled.
+"""One step of a photon through the body and the air around it, to its next collision, compiled.
 
-A flight ends where its optical depth, -ln(u), is used up. Outside all boxes there is nothing but air. Inside
+A step ends where its optical depth, -ln(u), is used up. Outside all boxes there is nothing but air. Inside
 a box the voxels are gathered in blocks, each with the largest mu M of its materials: Woodcock tracking stops
 at optical depths of M, and a stop in material m is real with probability mu_m/M. In a block of one material
 every stop is real.
@@ -11,14 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mammosim.xray.emission import FLAT, Triple
 from mammosim.xray.interactions import Matter, between
-from mammosim.xray.stream import compiled, exponential, uniform
+from mammosim.xray.random_stream import compiled, exponential, uniform
+from mammosim.xray.source_sampling import FLAT, Triple
 
-# ASSUME: photons that fly half a metre through the air without meeting body or detector do not come back.
+# ASSUME: photons that cross half a metre of air without meeting body or detector do not come back.
 LOST_AFTER_MM = 500.0
 NEAR_MM = 1e-7  # a face nearer than this has been reached
-MET, SEEN, LOST = 0, 1, 2  # what ends a flight
+Cell = tuple[int, int, int]  # along x, y, z
+MET, SEEN, LOST = 0, 1, 2  # what ends a step
 MIXED = -1  # a block of several materials
 
 
@@ -90,17 +91,40 @@ def faces(at: float, inverse: float, size: float, n: int) -> tuple[int, int, flo
 
 
 @compiled
+def faces_of_cell(
+    at: Triple, inverses: Triple, size: Triple, shape: Cell, t: float
+) -> tuple[Cell, Cell, Triple, Triple]:
+    """The cell at a place (mm from low) that the ray reaches at t, the way to the next along each axis, and
+    the distances from the ray's start to its far faces, and between faces."""
+    i, step_i, tx, wx = faces(at[0], inverses[0], size[0], shape[0])
+    j, step_j, ty, wy = faces(at[1], inverses[1], size[1], shape[1])
+    k, step_k, tz, wz = faces(at[2], inverses[2], size[2], shape[2])
+    return (i, j, k), (step_i, step_j, step_k), (tx + t, ty + t, tz + t), (wx, wy, wz)
+
+
+@compiled
+def next_cell(cell: Cell, step: Cell, t: Triple, width: Triple, shape: Cell) -> tuple[Cell, Triple]:
+    """The cell beyond the nearest far face, or the grid's last, and the distances to its far faces."""
+    (i, j, k), (tx, ty, tz) = cell, t
+    if tx <= ty and tx <= tz:
+        return (min(max(i + step[0], 0), shape[0] - 1), j, k), (tx + width[0], ty, tz)
+    if ty <= tz:
+        return (i, min(max(j + step[1], 0), shape[1] - 1), k), (tx, ty + width[1], tz)
+    return (i, j, min(max(k + step[2], 0), shape[2] - 1)), (tx, ty, tz + width[2])
+
+
+@compiled
 def within(at: float, block_mm: float, block: int, per_mm: float, n: int) -> int:
     """Along one axis: which of a block's n voxels is at a place, or nearest to it."""
     return min(max(int((at - block * block_mm) * per_mm), 0), n - 1)
 
 
 @compiled
-def flown(
+def transport_step(
     body: Body, matter: Matter, row: int, share: float, t_seen: float, x: float, y: float, z: float,
     dx: float, dy: float, dz: float, state: np.ndarray,
 ) -> tuple[float, int, int, float]:  # fmt: skip
-    """A flight: its length, what ends it, the material met, and a number even in [0, mu of it)."""
+    """A step: its length, what ends it, the material met, and a number even in [0, mu of it)."""
     ix, iy, iz = inverse(dx), inverse(dy), inverse(dz)
     mu_air = between(matter.mu, row, share, 0, 0)
     _, sz, sy, sx = body.voxels.shape
@@ -122,15 +146,14 @@ def flown(
         t_stop = min(t_out, t_seen)
         px, py, pz = x - body.low[0], y - body.low[1], z - body.low[2]
         nz, ny, nx = body.blocks.shape
-        i, step_i, tx, wx = faces(px + t * dx, ix, body.block_mm[0], nx)
-        j, step_j, ty, wy = faces(py + t * dy, iy, body.block_mm[1], ny)
-        k, step_k, tz, wz = faces(pz + t * dz, iz, body.block_mm[2], nz)
-        tx, ty, tz = tx + t, ty + t, tz + t
+        at = (px + t * dx, py + t * dy, pz + t * dz)
+        cell, step, far, width = faces_of_cell(at, (ix, iy, iz), body.block_mm, (nx, ny, nz), t)
         while True:
+            i, j, k = cell
             kind = body.blocks[k, j, i]
             M = body.majorant[row, kind]
             M += share * (body.majorant[row + 1, kind] - M)
-            t_face = min(tx, ty, tz, t_stop)
+            t_face = min(far[0], far[1], far[2], t_stop)
             depth = M * (t_face - t)
             while left < depth:
                 t += left / M
@@ -150,14 +173,6 @@ def flown(
             t = t_face
             if t >= t_stop:
                 break
-            if tx <= ty and tx <= tz:
-                tx += wx
-                i = min(max(i + step_i, 0), nx - 1)
-            elif ty <= tz:
-                ty += wy
-                j = min(max(j + step_j, 0), ny - 1)
-            else:
-                tz += wz
-                k = min(max(k + step_k, 0), nz - 1)
+            cell, far = next_cell(cell, step, far, width, (nx, ny, nz))
         if t >= t_seen:
             return t, SEEN, 0, 0.0

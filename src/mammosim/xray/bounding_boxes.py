@@ -2,11 +2,11 @@
 
 import numpy as np
 
-WORTHWHILE = 0.1  # a split must save this share of the covered volume
+WORTHWHILE = 0.1  # a split must save this share of the boxes' volume
 MOST_BOXES = 6
 
 
-def cover(occupied: np.ndarray) -> np.ndarray:
+def bounding_boxes(occupied: np.ndarray) -> np.ndarray:
     """Disjoint boxes (n_box, 3, 2), [first, last) along (z, y, x), that hold all of `occupied` (nz, ny, nx).
 
     Greedy: cut a box into two tight ones wherever that frees most volume, while it is worth it.

@@ -1,6 +1,6 @@
-"""What may be asked of a beam, each answered by what suits it, until its own uncertainty is met.
+"""What may be requested of a beam: each tally by the estimator that suits it, to its own uncertainty.
 
-Who asks for dose pays for no image, who asks for scatter for no dose; who asks for nothing runs no photon.
+A request for dose computes no image, one for scatter no dose; without a request no photon is run.
 """
 
 from collections.abc import Sequence
@@ -10,17 +10,17 @@ from typing import Protocol
 import numpy as np
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.answer import Answer, MaterialsAnswer, RegionsAnswer, ScatterAnswer
 from mammosim.xray.blocks import Goal, Limits, relative, run_blocks
+from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import AIR
 from mammosim.xray.projector import path_lengths
 from mammosim.xray.regional import kept_fraction, primary_given, scattered_block
 from mammosim.xray.scattering import Setting, scatter_block
-from mammosim.xray.scene import Scene
 from mammosim.xray.tallies import Estimate
+from mammosim.xray.tally_result import MaterialsResult, RegionsResult, ScatterResult, TallyResult
 from mammosim.xray.tracking import track_block
-from mammosim.xray.walk import longest_path
+from mammosim.xray.traversal import longest_path
 
 BLOCK = 10_000
 SCATTER_BLOCK = 2_000  # histories that are several photons each
@@ -29,17 +29,19 @@ NEAR_MM = 35.0  # from a region's shadow, a few free paths: where most photons s
 RAYS, REPLICATES = 16, 8  # per axis of a region's shadow, and repetitions for the standard error
 
 
-class Asked(Protocol):
+class TallyRequest(Protocol):
     """A quantity, and how well it is wanted."""
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> Answer:
+    def result(self, setup: ExposureSetup, *, seed: int, limits: Limits) -> TallyResult:
         """The quantity. Raises XrayError when the limits do not suffice, and says what would."""
         ...
 
 
-def answers(scene: Scene, asked: Sequence[Asked], *, seed: int, limits: Limits | None = None) -> list[Answer]:
-    """One answer to each thing asked, each within the limits."""
-    return [quantity.answer(scene, seed=seed, limits=limits or Limits()) for quantity in asked]
+def results(
+    setup: ExposureSetup, requests: Sequence[TallyRequest], *, seed: int, limits: Limits | None = None
+) -> list[TallyResult]:
+    """The result of each request, each within the limits."""
+    return [request.result(setup, seed=seed, limits=limits or Limits()) for request in requests]
 
 
 def require_error(relative_error: float) -> None:
@@ -61,13 +63,15 @@ class EnergyIn:
     def __post_init__(self) -> None:
         require_error(self.relative_error)
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> MaterialsAnswer:
-        """Answers as the class says."""
-        require_material(scene, self.index)
-        whole = scene.geometry.detector
-        beam = scene.beam(whole)._replace(per_mm=1 / (2 * max(whole.size_mm)))  # one cell: no image was asked
-        shapes = ((len(scene.phantom.materials),), (0,), (3, 1, 1), (2,))
-        parts = (scene.body, scene.matter, beam, np.zeros((0, 6)))
+    def result(self, setup: ExposureSetup, *, seed: int, limits: Limits) -> MaterialsResult:
+        """As the class says."""
+        require_material(setup, self.index)
+        whole = setup.geometry.detector
+        beam = setup.beam(whole)._replace(
+            per_mm=1 / (2 * max(whole.size_mm))
+        )  # one cell: no image was requested
+        shapes = ((len(setup.phantom.materials),), (0,), (3, 1, 1), (2,))
+        parts = (setup.body, setup.matter, beam, np.zeros((0, 6)))
 
         def kernel(b: int, *rows: np.ndarray) -> None:
             track_block(*parts, b, BLOCK, seed, *rows)
@@ -77,7 +81,7 @@ class EnergyIn:
 
         goal = Goal(f"the energy in material {self.index}", error, self.relative_error)
         run = run_blocks(kernel, shapes, goal, block=BLOCK, limits=limits)
-        return MaterialsAnswer(run.estimates[0], run.histories, scene.photons_per_mas)
+        return MaterialsResult(run.estimates[0], run.histories, setup.photons_per_mas)
 
 
 @dataclass(frozen=True)
@@ -98,13 +102,13 @@ class EnergyInRegions:
         if not np.all(self.corners[:, 0] < self.corners[:, 1]):
             raise XrayError("the lower corner of each region must be below its higher one along x, y and z")
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> RegionsAnswer:
-        """Answers as the class says."""
+    def result(self, setup: ExposureSetup, *, seed: int, limits: Limits) -> RegionsResult:
+        """As the class says."""
         boxes = np.ascontiguousarray(self.corners.reshape(-1, 6), dtype=float)
-        primary = _primary_in(scene, boxes, seed)
-        shadows = np.array([_shadow(scene.geometry, box) for box in boxes])
+        primary = _primary_in(setup, boxes, seed)
+        shadows = np.array([_shadow(setup.geometry, box) for box in boxes])
         near = np.where([True, False] * 2, shadows.min(axis=0) - NEAR_MM, shadows.max(axis=0) + NEAR_MM)
-        parts = (scene.body, scene.matter, scene.beam(scene.geometry.detector), boxes, near)
+        parts = (setup.body, setup.matter, setup.beam(setup.geometry.detector), boxes, near)
 
         def kernel(b: int, *rows: np.ndarray) -> None:
             scattered_block(*parts, b, BLOCK, seed, *rows)
@@ -116,10 +120,10 @@ class EnergyInRegions:
             whole = total(found)
             return relative(whole.value, whole.error)
 
-        shapes = ((len(scene.phantom.materials),), (len(boxes),))
+        shapes = ((len(setup.phantom.materials),), (len(boxes),))
         goal = Goal("the energy in the regions", error, self.relative_error)
         run = run_blocks(kernel, shapes, goal, block=BLOCK, limits=limits)
-        return RegionsAnswer(total(run.estimates), run.histories, scene.photons_per_mas)
+        return RegionsResult(total(run.estimates), run.histories, setup.photons_per_mas)
 
 
 @dataclass(frozen=True)
@@ -137,58 +141,58 @@ class ScatterImage:
     def __post_init__(self) -> None:
         require_error(self.relative_error)
 
-    def answer(self, scene: Scene, *, seed: int, limits: Limits) -> ScatterAnswer:
-        """Answers as the class says."""
-        require_material(scene, self.behind)
-        detector = scene.geometry.detector.binned(self.cell_mm)
-        lengths = path_lengths(scene.phantom, Geometry(scene.geometry.source, detector))
-        asked = lengths[..., self.behind] > lengths[..., self.behind].max() / 2
-        p, q = _energies(scene, lengths[asked])
-        setting = Setting(scene.body, scene.matter, scene.beam(detector, q), p / q, asked)
-        steps = longest_path(scene.body)
+    def result(self, setup: ExposureSetup, *, seed: int, limits: Limits) -> ScatterResult:
+        """As the class says."""
+        require_material(setup, self.behind)
+        detector = setup.geometry.detector.binned(self.cell_mm)
+        lengths = path_lengths(setup.phantom, Geometry(setup.geometry.source, detector))
+        requested = lengths[..., self.behind] > lengths[..., self.behind].max() / 2
+        p, q = _energies(setup, lengths[requested])
+        setting = Setting(setup.body, setup.matter, setup.beam(detector, q), p / q, requested)
+        steps = longest_path(setup.body)
 
         def kernel(b: int, cells: np.ndarray) -> None:
             scatter_block(setting, steps, b, SCATTER_BLOCK, seed, cells)
 
         def error(found: list[Estimate]) -> float:
-            value, error = found[0].value[0][asked], found[0].error[0][asked]
+            value, error = found[0].value[0][requested], found[0].error[0][requested]
             return float(np.sqrt(np.mean((error / value) ** 2))) if np.all(value > 0) else np.inf
 
         goal = Goal("the scatter per cell", error, self.relative_error)
         run = run_blocks(kernel, ((2, *detector.shape),), goal, block=SCATTER_BLOCK, limits=limits)
-        value, spread = run.estimates[0].value, run.estimates[0].error
-        scatter, squared = (Estimate(value[i], spread[i]) for i in range(2))
-        return ScatterAnswer(scatter, squared, detector, asked, run.histories, scene.photons_per_mas)
+        values, errors = run.estimates[0].value, run.estimates[0].error
+        scatter, squared = (Estimate(values[i], errors[i]) for i in range(2))
+        return ScatterResult(scatter, squared, detector, requested, run.histories, setup.photons_per_mas)
 
 
-def require_material(scene: Scene, index: int) -> None:
+def require_material(setup: ExposureSetup, index: int) -> None:
     """Raises XrayError when no voxel has the index, or it is the air's."""
-    if index == AIR or not np.any(scene.phantom.index == index):
-        raise XrayError(f"no voxel has index {index}, whose energy or shadow was asked; 0 is the air")
+    if index == AIR or not np.any(setup.phantom.index == index):
+        raise XrayError(f"no voxel has index {index}, whose energy or shadow is requested; 0 is the air")
 
 
-def _energies(scene: Scene, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _energies(setup: ExposureSetup, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The spectrum p, and the probabilities q ~ p E T of drawing its energies; T: mean transmission through
     lengths (n, n_material). Both (n_energy,), adding to one."""
-    E, p = scene.spectrum.energies_kev, scene.spectrum.fluence / scene.spectrum.fluence.sum()
-    T = np.exp(-lengths @ scene.attenuations()[..., 0].T).mean(axis=0)
+    E, p = setup.spectrum.energies_kev, setup.spectrum.fluence / setup.spectrum.fluence.sum()
+    T = np.exp(-lengths @ setup.attenuations()[..., 0].T).mean(axis=0)
     q = p * E * T / np.sum(p * E * T)
     return p, (1 - UNBIASED) * q + UNBIASED * p
 
 
-def _primary_in(scene: Scene, boxes: np.ndarray, seed: int) -> Estimate:
+def _primary_in(setup: ExposureSetup, boxes: np.ndarray, seed: int) -> Estimate:
     """keV per photon that primary photons give to boxes (n_region, 6)."""
-    geometry, E = scene.geometry, scene.spectrum.energies_kev
-    beam, mu, steps = scene.beam(geometry.detector), scene.attenuations(), longest_path(scene.body)
-    f = kept_fraction(scene.matter, E, mu)
-    p = scene.spectrum.fluence / scene.spectrum.fluence.sum()
+    geometry, E = setup.geometry, setup.spectrum.energies_kev
+    beam, mu, steps = setup.beam(geometry.detector), setup.attenuations(), longest_path(setup.body)
+    f = kept_fraction(setup.matter, E, mu)
+    p = setup.spectrum.fluence / setup.spectrum.fluence.sum()
     found = np.empty((REPLICATES, len(boxes)))
     for j, box in enumerate(boxes):
         window = _shadow(geometry, box)
         area = (window[1] - window[0]) * (window[3] - window[2])
         for i in range(REPLICATES):
             rays = (window, RAYS, steps, seed + 1 + i + REPLICATES * j)
-            per_energy = primary_given(scene.body, mu, f, beam, box[None], *rays)
+            per_energy = primary_given(setup.body, mu, f, beam, box[None], *rays)
             found[i, j] = (p * E) @ per_energy * area / geometry.solid_angle()
     return Estimate(found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(REPLICATES))
 

@@ -7,7 +7,9 @@ from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
 from mammosim.xray.attenuation import linear_attenuation, material
 from mammosim.xray.detector import Scatter, expose, template_sum
-from mammosim.xray.effects import (
+from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.heel import heel
+from mammosim.xray.imaging_steps import (
     Blur,
     ElectronicNoise,
     FocalSpot,
@@ -21,8 +23,6 @@ from mammosim.xray.effects import (
     poisson_at,
     structure_of,
 )
-from mammosim.xray.geometry import Detector, Geometry
-from mammosim.xray.heel import heel
 from mammosim.xray.measured import Curve, edge_transfer, noise_power
 from mammosim.xray.projector import Primary
 from mammosim.xray.response import Response, detector_row, response_of
@@ -41,9 +41,9 @@ def flat(shape: tuple[int, int] = (192, 192)) -> Primary:
     return field(np.full(shape, 8e4))
 
 
-def shots(primary: Primary, effects: tuple, count: int) -> list:
+def shots(primary: Primary, steps: tuple, count: int) -> list:
     return [
-        expose(primary, None, mas=10.0, pixel_mm=PIXEL, rng=generator(7, n), effects=effects)
+        expose(primary, None, mas=10.0, pixel_mm=PIXEL, rng=generator(7, n), steps=steps)
         for n in range(count)
     ]
 
@@ -53,7 +53,7 @@ def chi2(measured: Curve, expected: np.ndarray) -> float:
     return float(np.mean(((measured.value - expected) / measured.error) ** 2))
 
 
-EFFECTS = {
+STEPS = {
     "none": (),
     "quanta": (QuantumNoise(),),
     "quanta, gaussian": (QuantumNoise(), Blur("gaussian", 6.0)),
@@ -61,18 +61,18 @@ EFFECTS = {
 }
 
 
-@pytest.mark.parametrize("name", [name for name in EFFECTS if name != "none"])
+@pytest.mark.parametrize("name", [name for name in STEPS if name != "none"])
 def test_noise_power_is_that_of_quanta_through_the_blur_and_of_electronics(name):
     """NPS = N q^2 A T(f)^2 + sigma^2 A for N photons of q in a pixel of area A, in whatever order."""
-    effects = EFFECTS[name]
-    found = shots(flat(), effects, 6)
+    steps = STEPS[name]
+    found = shots(flat(), steps, 6)
     power = noise_power([s.image for s in found], found[0].mean, pixel_mm=PIXEL)
     # squares without a taper leak from low to high frequencies, above its error only next to the limit
     below = power.f < 0.85 / (2 * PIXEL)
     power = Curve(power.f[below], power.value[below], power.error[below])
     N, A = 4000 * 10 * PIXEL**2, PIXEL**2
-    T = next((e.transfer(power.f) for e in effects if isinstance(e, Blur)), 1.0)
-    sigma = next((e.kev for e in effects if isinstance(e, ElectronicNoise)), 0.0)
+    T = next((e.transfer(power.f) for e in steps if isinstance(e, Blur)), 1.0)
+    sigma = next((e.kev for e in steps if isinstance(e, ElectronicNoise)), 0.0)
     n = len(power.f)
     # rings are wide: T^2 varies within one by less than its errors of 2 percent
     assert chi2(power, N * 20**2 * A * T**2 + sigma**2 * A) < 1 + 5 * np.sqrt(2 / n)
@@ -87,8 +87,8 @@ def test_gains_of_a_detectors_own_pixels_average_out_over_a_larger_pixel():
 
 def test_structure_is_the_same_in_every_image_and_quanta_are_not():
     """Half the variance of a difference is quanta alone; the gains of pixels go with it."""
-    effects = (QuantumNoise(), Structure(0.05, seed=3))
-    a, b = (s.image for s in shots(flat(), effects, 2))
+    steps = (QuantumNoise(), Structure(0.05, seed=3))
+    a, b = (s.image for s in shots(flat(), steps, 2))
     N = 4000 * 10 * PIXEL**2
     assert np.var(a - b) / 2 == pytest.approx(N * 20**2 * (1 + 0.05**2), rel=4 * np.sqrt(2 / a.size))
     expected = N * 20**2 + (0.05 * N * 20) ** 2
@@ -106,8 +106,8 @@ def edge(slope: float, shape: tuple[int, int]) -> Primary:
 @pytest.mark.parametrize("blur", [None, Blur("gaussian", 6.0), Blur("lorentzian", 4.3)])
 def test_the_transfer_of_an_edge_is_the_pixels_times_the_blur(blur):
     """Within 3.5 standard errors, and 0.005 for the finite profile, where a lorentzian has not died out."""
-    effects = (QuantumNoise(),) if blur is None else (QuantumNoise(), blur)
-    images = [s.image for s in shots(edge(0.05, (160, 128)), effects, 8)]
+    steps = (QuantumNoise(),) if blur is None else (QuantumNoise(), blur)
+    images = [s.image for s in shots(edge(0.05, (160, 128)), steps, 8)]
     found = edge_transfer(images, slope=0.05, pixel_mm=PIXEL)
     expected = np.sinc(found.f * PIXEL) * (1.0 if blur is None else blur.transfer(found.f))
     assert np.all(np.abs(found.value - expected) < 3.5 * found.error + 0.005)
@@ -117,13 +117,13 @@ def test_the_transfer_of_an_edge_is_the_pixels_times_the_blur(blur):
 WITH_ALL = (QuantumNoise(), Blur("lorentzian", 4.3), Structure(0.05, seed=3), ElectronicNoise(60.0))
 
 
-@pytest.mark.parametrize("effects", [*EFFECTS.values(), WITH_ALL])
-def test_mean_and_variance_of_a_weighted_sum_are_those_of_many_images(effects):
+@pytest.mark.parametrize("steps", [*STEPS.values(), WITH_ALL])
+def test_mean_and_variance_of_a_weighted_sum_are_those_of_many_images(steps):
     """Within four standard errors, of 800 images: sigma/sqrt(n) and sigma^2 sqrt(2/n)."""
     rng, shape, n = generator(5), (24, 32), 800
     body, w = field(8e4 * (1 + rng.random(shape))), rng.standard_normal(shape)
-    sums = np.array([np.sum(w * s.image) for s in shots(body, effects, n)])
-    mean, variance = template_sum(w, body, None, mas=10.0, pixel_mm=PIXEL, effects=effects)
+    sums = np.array([np.sum(w * s.image) for s in shots(body, steps, n)])
+    mean, variance = template_sum(w, body, None, mas=10.0, pixel_mm=PIXEL, steps=steps)
     assert abs(sums.mean() - mean) <= 4 * np.sqrt(variance / n) + 1e-9 * abs(mean)
     assert abs(sums.var(ddof=1) - variance) <= 4 * variance * np.sqrt(2 / n) + 1e-12 * mean**2
 
@@ -152,15 +152,15 @@ def test_images_of_one_stream_differ_by_what_their_bodies_do():
     )
     np.testing.assert_allclose(more.image - few.image, 3e-4 * (few.image + few.mean) / 2, rtol=0.05)
     without, with_it = (
-        expose(flat((64, 64)), None, mas=1.0, pixel_mm=PIXEL, rng=generator(7), effects=e)
+        expose(flat((64, 64)), None, mas=1.0, pixel_mm=PIXEL, rng=generator(7), steps=e)
         for e in ((QuantumNoise(),), (QuantumNoise(), ElectronicNoise(1e-3)))
     )
     np.testing.assert_allclose(with_it.image, without.image, atol=1e-2)
 
 
-@pytest.mark.parametrize("name", list(EFFECTS))
+@pytest.mark.parametrize("name", list(STEPS))
 def test_the_mean_of_images_is_the_mean_and_without_noise_they_are_it(name):
-    found = shots(flat((64, 64)), EFFECTS[name], 2)
+    found = shots(flat((64, 64)), STEPS[name], 2)
     np.testing.assert_allclose(found[0].mean, 8e4 * 10 * PIXEL**2, rtol=1e-9)
     if name == "none":
         np.testing.assert_array_equal(found[0].image, found[0].mean)
@@ -172,8 +172,7 @@ def test_a_grid_lowers_scatter_more_than_primary():
     grid, ones = grid_of("siemens_prototype"), np.ones((8, 8))
     scatter = Scatter(4e4 * ones, 7e5 * ones)
     bare, through = (
-        expose(flat((8, 8)), scatter, mas=1.0, pixel_mm=1.0, rng=generator(1), effects=e)
-        for e in ((), (grid,))
+        expose(flat((8, 8)), scatter, mas=1.0, pixel_mm=1.0, rng=generator(1), steps=e) for e in ((), (grid,))
     )
     np.testing.assert_allclose(bare.mean, 12e4)
     np.testing.assert_allclose(through.mean, 0.73 * 8e4 + 0.13 * 4e4)
@@ -203,7 +202,7 @@ def test_the_heel_takes_from_the_anodes_side_and_leaves_the_chest_wall():
     with pytest.raises(XrayError, match="make chest_angle_deg larger"):
         heel(geometry, ("W", "Rh", 0.05, 28.0), chest_angle_deg=15.0)
     image = expose(
-        field(np.ones((200, 3))), None, mas=1.0, pixel_mm=1.0, rng=generator(1), effects=(Heel(factor),)
+        field(np.ones((200, 3))), None, mas=1.0, pixel_mm=1.0, rng=generator(1), steps=(Heel(factor),)
     )
     np.testing.assert_allclose(image.mean, factor)
 
@@ -266,7 +265,7 @@ def test_scatter_leaves_in_a_detector_what_photons_of_its_mean_energy_leave():
         (lambda: edge_transfer([np.ones((8, 8))], slope=0.1, pixel_mm=0.1), "two images or more"),
     ],
 )
-def test_impossible_effects_are_refused(make, word):
+def test_impossible_steps_are_rejected(make, word):
     with pytest.raises(XrayError, match=word):
         make()
 
@@ -278,6 +277,6 @@ def test_electronic_noise_of_a_larger_pixel_is_that_of_its_parts():
     assert four == pytest.approx(2 * one)
 
 
-def test_electronic_noise_that_is_not_known_is_refused():
-    with pytest.raises(XrayError, match="not known; leave this effect out"):
+def test_electronic_noise_that_is_not_known_is_rejected():
+    with pytest.raises(XrayError, match="not known; leave this step out"):
         electronic_noise_of("caesium_iodide", 0.1)

@@ -13,7 +13,7 @@ from mammosim.core.volume import Image
 
 
 @dataclass(frozen=True)
-class Spread:
+class PointSpreadWidths:
     """Widths in mm along x, the motion of the source, along y, and in depth z; where it is seen (3,) mm."""
 
     x_mm: float
@@ -22,7 +22,7 @@ class Spread:
     place: np.ndarray
 
 
-def spread(image: Image, place: np.ndarray, *, radius_mm: float) -> Spread:
+def point_spread_widths(image: Image, place: np.ndarray, *, radius_mm: float) -> PointSpreadWidths:
     """Widths of a ball near place (3,) mm.
 
     Profiles run through the brightest voxel within radius_mm of it in x and y. Their background is the median
@@ -43,7 +43,7 @@ def spread(image: Image, place: np.ndarray, *, radius_mm: float) -> Spread:
     background = np.median(around, axis=(1, 2))
     profiles = (V[k, j] - background[k], V[k, :, i] - background[k], V[:, j, i] - background)
     x, y, z = (_width(p, n) * h for p, n, h in zip(profiles, (i, j, k), grid.spacing))
-    return Spread(x, y, z, grid.points(np.array([[k, j, i]], float))[0])
+    return PointSpreadWidths(x, y, z, grid.points(np.array([[k, j, i]], float))[0])
 
 
 def _width(profile: np.ndarray, peak: int) -> float:

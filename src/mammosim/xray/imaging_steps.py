@@ -1,6 +1,6 @@
-"""What happens to an image between the body and the number in a pixel: each effect is an object, or absent.
+"""What happens to an image between the body and the number in a pixel: each step is an object, or absent.
 
-Every effect takes what a detector pixel holds, in keV, and returns it changed. Their order is that of the
+Every step takes what a detector pixel holds, in keV, and returns it changed. Their order is that of the
 light: tube (Heel, FocalSpot), grid, counting of quanta, spread in the detector (Blur), pixels (Structure),
 electronics. From the quanta n on all are linear, so that a weighted sum of pixels has a known mean:
 
@@ -63,7 +63,7 @@ class Shot:
         return replace(self, image=mean, mean=mean, variance=np.zeros_like(mean))
 
 
-class Effect(Protocol):
+class ImagingStep(Protocol):
     """stage: its place in the order of the light; below DETECTION it changes photons, above it the image."""
 
     stage: ClassVar[int]
@@ -74,13 +74,13 @@ class Effect(Protocol):
 DETECTION = 3
 
 
-class DetectorEffect(Effect, Protocol):
-    """An effect from DETECTION on, which is linear but for the noise that it adds."""
+class DetectorStep(ImagingStep, Protocol):
+    """A step from DETECTION on, which is linear but for the noise that it adds."""
 
     def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
         """Weights of what comes in whose sum is that of what goes out with weights w (nv, nu).
 
-        And the variance in keV2 that the effect's own noise adds to the sum.
+        And the variance in keV2 that the step's own noise adds to the sum.
         """
         ...
 
@@ -282,41 +282,41 @@ def electronic_noise_of(detector: str, pixel_mm: float) -> ElectronicNoise:
     # ASSUME: a larger pixel is several of the detector's own, whose electronic noises are independent.
     row = detector_row(detector)
     if not row["electronic_noise_electrons"]:
-        raise XrayError(f"the electronic noise of {detector!r} is not known; leave this effect out")
+        raise XrayError(f"the electronic noise of {detector!r} is not known; leave this step out")
     kev = row["electronic_noise_electrons"] * row["ev_per_electron"] / 1e3
     return ElectronicNoise(kev * pixel_mm / row["own_pixel_mm"])
 
 
-def after(effects: Iterable[Effect], shot: Shot) -> Shot:
-    """What the effects make of a shot, in the order of the light, in whatever order they are given."""
-    before, behind = _ordered(effects)
+def after(steps: Iterable[ImagingStep], shot: Shot) -> Shot:
+    """What the steps make of a shot, in the order of the light, in whatever order they are given."""
+    before, behind = _ordered(steps)
     shot = _photons(before, shot)
-    for effect in behind:
-        shot = effect(shot)
+    for step in behind:
+        shot = step(shot)
     return shot
 
 
-def weighted_sum(effects: Iterable[Effect], shot: Shot, w: np.ndarray) -> tuple[float, float]:
+def weighted_sum(steps: Iterable[ImagingStep], shot: Shot, w: np.ndarray) -> tuple[float, float]:
     """Mean and variance of sum w g over all exposures like this one, keV and keV2; w (nv, nu)."""
-    before, behind = _ordered(effects)
+    before, behind = _ordered(steps)
     shot, variance = _photons(before, shot), 0.0
-    for effect in reversed(behind):
-        w, added = effect.back(w, shot)
+    for step in reversed(behind):
+        w, added = step.back(w, shot)
         variance += added
     return float(np.sum(w * shot.mean)), variance
 
 
-def _ordered(effects: Iterable[Effect]) -> tuple[list[Effect], list[Any]]:
+def _ordered(steps: Iterable[ImagingStep]) -> tuple[list[ImagingStep], list[Any]]:
     """Those of the photons and those of the detector, in the order of the light."""
-    ordered = sorted(effects, key=lambda effect: effect.stage)
+    ordered = sorted(steps, key=lambda step: step.stage)
     behind = [e for e in ordered if e.stage >= DETECTION]
     return ordered[: len(ordered) - len(behind)], behind
 
 
-def _photons(effects: Iterable[Effect], shot: Shot) -> Shot:
+def _photons(steps: Iterable[ImagingStep], shot: Shot) -> Shot:
     """What reaches the detector, still without noise."""
-    for effect in effects:
-        shot = effect(shot)
+    for step in steps:
+        shot = step(shot)
     return shot.detected()
 
 

@@ -1,4 +1,4 @@
-"""Answers to what may be asked of a beam: means per photon with standard errors, and what they took."""
+"""Results of tallies requested of a beam: means per photon with standard errors, and what they took."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from mammosim.xray.tallies import Estimate
 
 
 @dataclass(frozen=True)
-class MaterialsAnswer:
+class MaterialsResult:
     """keV given to each material (n_material,) per photon that leaves the source towards the detector.
 
     photons_per_mas: how many such photons there are per mAs.
@@ -25,7 +25,7 @@ class MaterialsAnswer:
 
 
 @dataclass(frozen=True)
-class RegionsAnswer:
+class RegionsResult:
     """The same for boxes (n_region,)."""
 
     regions: Estimate
@@ -34,16 +34,16 @@ class RegionsAnswer:
 
 
 @dataclass(frozen=True)
-class ScatterAnswer:
+class ScatterResult:
     """Scatter that reaches each cell of `detector`: (nv, nu) keV, and keV2 for its noise, per photon.
 
-    asked: (nv, nu) bool, the cells whose uncertainty was asked.
+    requested: (nv, nu) bool, the cells whose uncertainty was requested.
     """
 
     scatter: Estimate
     scatter_squared: Estimate
     detector: Detector
-    asked: np.ndarray
+    requested: np.ndarray
     histories: int
     photons_per_mas: float
 
@@ -66,7 +66,7 @@ class ScatterAnswer:
 
 
 @dataclass(frozen=True)
-class MapAnswer:
+class MapResult:
     """keV given to each cell of `grid` (nz, ny, nx) per photon that leaves towards the detector."""
 
     energy: Estimate
@@ -85,4 +85,4 @@ class MapAnswer:
         return Estimate(self.energy.value * scale, self.energy.error * scale)
 
 
-Answer = MaterialsAnswer | RegionsAnswer | ScatterAnswer | MapAnswer
+TallyResult = MaterialsResult | RegionsResult | ScatterResult | MapResult

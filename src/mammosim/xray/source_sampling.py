@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mammosim.xray.stream import compiled, uniform
+from mammosim.xray.random_stream import compiled, uniform
 
 Triple = tuple[float, float, float]  # which compiled code reads faster than an array
 FLAT = 1e-12  # smallest direction cosine
@@ -32,7 +32,7 @@ class Field(NamedTuple):
 
 
 @compiled
-def line(field: Field, state: np.ndarray) -> int:
+def sampled_line(field: Field, state: np.ndarray) -> int:
     """One of the spectrum's lines, by Walker's alias table."""
     a = uniform(state) * len(field.energies)
     i = int(a)
@@ -40,7 +40,7 @@ def line(field: Field, state: np.ndarray) -> int:
 
 
 @compiled
-def emitted(field: Field, state: np.ndarray) -> tuple[float, float, float, float, float, float]:
+def sampled_direction(field: Field, state: np.ndarray) -> tuple[float, float, float, float, float, float]:
     """Direction of a photon, isotropic within the detector's rectangle; how far, and where it would be seen.
 
     A point of the rectangle at distance r is drawn evenly and kept by (nearest/r)^3: d Omega = h dA/r^3.
