@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mammosim.core.errors import MechanicsError
+from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.study.scenes.screening import COLUMNS, Answer, Rule, Screening
 
 SIZES = {"large": 3.0, "middle": 0.2, "small": 0.05, "tiny": 0.01}
@@ -141,3 +141,17 @@ def test_the_worst_of_several_answers_decides():
     table, _ = both.tables()
     assert set(table.effect[table.included]) == {"large", "tiny"}
     assert len(table) == 2 * len(SIZES)
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        ({"part": 0.0}, "part = 0 is outside"),
+        ({"joint_part": float("nan")}, "joint_part = nan is not a finite number"),
+        ({"pairs": -1}, "pairs = -1 is outside"),
+        ({"pairs": 1.5}, "pairs = 1.5"),
+    ],
+)
+def test_a_rule_that_decides_nothing_is_rejected(rule, words):
+    with pytest.raises(ConfigurationError, match=words):
+        Rule(**rule)

@@ -8,11 +8,13 @@ by its change over its tolerance; the largest of a scene's answers counts.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import MechanicsError
+from mammosim.core.settings import Limits, Positive, Settings
 
 COLUMNS = ["scene", "effect", "quantity", "change", "noise", "tolerance", "seconds", "included", "reason",
            "change_added"]  # fmt: skip
@@ -44,15 +46,15 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Rule:
+class Rule(Settings):
     """part: of a tolerance that an effect may move an answer and still be left out; joint_part: all together.
 
     pairs: how many of the most important effects left out are tried in pairs.
     """
 
-    part: float = 0.25
-    joint_part: float = 0.5
-    pairs: int = 3
+    part: Positive = 0.25
+    joint_part: Positive = 0.5
+    pairs: Annotated[int, Limits(at_least=0)] = 3
 
 
 Answers = Callable[[frozenset[str], frozenset[str]], Answer]
