@@ -10,7 +10,7 @@ from mammosim.chain.stages import XRAY as XRAY_OF
 
 BREAST_AND_LOAD = ("v", "side", "strategy", "moduli", "position")
 STUDY = "study"  # the accuracy of the study's own settings
-PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("knobs"))
+PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("parameters"))
 
 
 def known_scene(name):
