@@ -120,7 +120,7 @@ def table():
 def test_places_differ_by_their_distance_and_doses_in_percent(table):
     assert table.difference.tolist() == pytest.approx([4.0, 10.0])
     assert table.within.tolist() == [True, False]
-    assert table.screened[0] == 5.0, "a place is told by its length"
+    assert table.screened[0] == 5.0, "a place is given as its length"
     assert (table.fraction == 0.25).all()
 
 

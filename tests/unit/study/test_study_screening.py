@@ -1,4 +1,4 @@
-"""What is kept of a model whose answers are known: additive, with two that matter only together, refused."""
+"""What is kept of a model whose answers are known: additive, with two that matter only together, without any."""
 
 import numpy as np
 import pytest
@@ -80,7 +80,7 @@ def test_added_to_what_is_left_an_effect_of_an_additive_model_does_what_leaving_
 def test_without_an_answer_an_effect_is_kept_for_that_reason():
     def slides(effects, reference):
         if "tiny" not in effects:
-            return Answer({}, 1.0, refusal="it slides away")
+            return Answer({}, 1.0, failure="it slides away")
         return additive(effects, reference)
 
     table = screening(slides).tables()[0].set_index("effect")
@@ -102,9 +102,9 @@ def test_what_is_needed_is_kept_untried():
 
 def test_a_full_model_without_an_answer_is_said():
     with pytest.raises(
-        MechanicsError, match=r"scene scene: the full model is refused .*: it slides away; screen on"
+        MechanicsError, match=r"scene scene: the full model has no answer .*: it slides away; screen on"
     ):
-        screening(lambda *_: Answer({}, 1.0, refusal="it slides away")).tables()
+        screening(lambda *_: Answer({}, 1.0, failure="it slides away")).tables()
 
 
 def test_rows_hold_change_tolerance_and_the_seconds_that_leaving_it_out_saves():
@@ -114,13 +114,13 @@ def test_rows_hold_change_tolerance_and_the_seconds_that_leaving_it_out_saves():
     assert (row.change, row.tolerance, row.seconds) == (0.2, 1.0, 1.0)
 
 
-def test_a_change_within_its_noise_is_told():
+def test_a_change_within_its_noise_is_said_to_be_insignificant():
     def noisy(effects, reference):
         return Answer(additive(effects, reference).changes, 1.0, {"q": 0.12})
 
     reasons = screening(noisy).tables()[0].set_index("effect").reason
-    assert "not told from noise" in reasons["middle"]
-    assert "not told from noise" not in reasons["large"]
+    assert "not significant" in reasons["middle"]
+    assert "not significant" not in reasons["large"]
 
 
 def test_an_effect_that_the_noise_could_hide_is_kept():

@@ -46,17 +46,17 @@ def changes(
 
 
 def answers(chain: Chain, asked: Collection[str]) -> Answers:
-    """Of a set of effects on one breast, against those of another set; refusals are answers, too."""
+    """Of a set of effects on one breast, against those of another set; a failure is an answer, too."""
 
     def answer(effects: frozenset[str], reference: frozenset[str]) -> Answer:
         other = chain.with_effects(effects)
         try:
             found, compared = values(other, asked), values(chain.with_effects(reference), asked)
-        except MammosimError as refusal:
-            return Answer({}, seconds(other, asked), refusal=str(refusal))
+        except MammosimError as error:
+            return Answer({}, seconds(other, asked), failure=str(error))
         nameless = [name for name, value in found.items() if not np.all(np.isfinite(value))]
         if nameless:
-            return Answer({}, seconds(other, asked), refusal=f"{nameless[0]} is not a number")
+            return Answer({}, seconds(other, asked), failure=f"{nameless[0]} is not a number")
         return Answer(changes(found, compared), seconds(other, asked), _noise(other, asked))
 
     return answer
@@ -74,7 +74,7 @@ def rows(
 ) -> list[dict[str, Any]]:
     """A row per quantity: scene, quantity, screened, full, difference, tolerance, within, and the seconds.
 
-    A place is told by its length; difference: in the unit of the quantity; numerical_error: what the settings
+    A place is given as its length; difference: in the unit of the quantity; numerical_error: what the settings
     of both leave, NaN where it was not measured; seconds_screening: of finding the effects; fraction: of the
     full model's processor time that the screened one takes.
     """
