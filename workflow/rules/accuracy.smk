@@ -4,17 +4,14 @@ from dataclasses import asdict
 from mammosim.study.accuracy.parameters import AccuracySettings, parameters
 
 ACCURACY_VALUES = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
-try:
-    ACCURACY = AccuracySettings.of(ACCURACY_VALUES)
-except ConfigurationError as error:
-    raise WorkflowError(f"ConfigurationError: {config['accuracy']}: {error}") from None
-TRIED = ACCURACY.volunteer
-known_strategies([ACCURACY.load.strategy], WAYS, config["accuracy"])
-TRIED_PLACES = {"v": TRIED, "side": ACCURACY.side, "moduli": "gravity"} | asdict(ACCURACY.load)
 TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
-TRIED_SETTINGS = settings_of(TRIED_PLACES)
 TRIED_PRODUCTS = ("loaded", "exposed_dose", "mammogram", "slices")
 try:
+    ACCURACY = AccuracySettings.of(ACCURACY_VALUES)
+    TRIED = ACCURACY.volunteer
+    TRIED_PLACES = {"v": TRIED, "side": ACCURACY.side, "moduli": "gravity"} | asdict(ACCURACY.load)
+    known_strategies([ACCURACY.load.strategy], WAYS, config["accuracy"])
+    TRIED_SETTINGS = settings_of(TRIED_PLACES)
     PARAMETERS = parameters(ACCURACY.parameters, TRIED_SETTINGS)
 except ConfigurationError as error:
     raise WorkflowError(f"ConfigurationError: {config['accuracy']}: {error}") from None

@@ -16,36 +16,19 @@ from mammosim.study.accuracy.errors import orders
 def table():
     """Five parameters with four values each, of second order, in two quantities."""
     rows = []
-    for number, parameter in enumerate(
-        ("element_size", "newton_tolerance", "voxels", "dose_photons", "contact_depth")
-    ):
+    names = ("element_size", "newton_tolerance", "voxels", "dose_photons", "contact_depth")
+    for number, parameter in enumerate(names):
         for place, h in enumerate((8.0, 4.0, 2.0, 1.0)):
             for quantity, scale in (("nipple_mm", 0.1), ("agd_percent", 1.0)):
                 distance, left = scale * (h**2 - 1) * 3.0**-number, scale * (number % 2) * 3.0**-number
                 error = distance + left
-                about = {
-                    "stage": "mesh",
-                    "parameter": parameter,
-                    "value": f"{h:g}",
-                    "quantity": quantity,
-                    "size": h,
-                }
-                about |= {
-                    "error": error,
-                    "distance": distance,
-                    "left": left,
-                    "noise": 0.02 * error,
-                    "seconds": 40 / h**2,
-                    "seconds_spread": 1 / h**2,
-                }
-                about |= {
-                    "today": place == 2,
-                    "reference": place == 3,
-                    "stochastic": False,
-                    "outcome": "converged",
-                }
-                rows.append(about | {"memory_mb": 300.0, "repeats": 2, "settings": "{}"})
-    return pd.DataFrame(rows)
+                about = {"stage": "mesh", "parameter": parameter, "value": f"{h:g}", "size": h}
+                about |= {"error": error, "distance": distance, "left": left, "noise": 0.02 * error}
+                about |= {"seconds": 40 / h**2, "seconds_spread": 1 / h**2}
+                about |= {"today": place == 2, "reference": place == 3, "quantity": quantity}
+                rows.append(about)
+    same = {"stochastic": False, "outcome": "converged", "memory_mb": 300.0, "repeats": 2, "settings": "{}"}
+    return pd.DataFrame(rows).assign(**same)
 
 
 def test_every_parameter_is_a_picture_with_todays_setting_marked(table):
@@ -89,8 +72,5 @@ def test_the_page_has_a_caption_for_every_quantity(repository):
 
 
 def test_a_unit_stands_in_the_name():
-    assert [figures.unit_of(name) for name in ("force_n", "d_percent", "scatter_to_primary")] == [
-        "N",
-        "%",
-        "-",
-    ]
+    units = [figures.unit_of(name) for name in ("force_n", "d_percent", "scatter_to_primary")]
+    assert units == ["N", "%", "-"]

@@ -7,6 +7,7 @@ import pytest
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.accuracy.error_budget import budget
 from mammosim.study.accuracy.errors import accuracy, on_front, orders, slope
+from mammosim.study.accuracy.trial import ANSWERS
 
 SIZES = (8.0, 4.0, 2.0, 1.0)
 NAMELESS = (np.nan, np.nan)  # of a parameter whose reference is exact by definition
@@ -16,32 +17,19 @@ def _rows(parameter, quantity, answers, *, seconds, stochastic=False, sizes=None
     """Rows of trials: answers (n_value, n_repeat) or (n_value, n_repeat, 3)."""
     found = []
     for number, repeats in enumerate(answers):
+        about = {"value": f"v{number}", "size": (sizes or SIZES)[number], "seconds": seconds[number]}
+        about |= {
+            "today": number == today,
+            "reference": number == len(answers) - 1,
+            "memory_mb": 300.0 + number,
+        }
+        about |= {"stage": "xray", "parameter": parameter, "quantity": quantity, "stochastic": stochastic}
+        about |= {"outcome": "converged", "settings": f'{{"a": {number}}}'}
         for repeat, answer in enumerate(repeats):
             numbers = np.pad(
                 np.atleast_1d(answer).astype(float), (0, 3 - np.size(answer)), constant_values=np.nan
             )
-            found.append(
-                {
-                    "stage": "xray",
-                    "parameter": parameter,
-                    "value": f"v{number}",
-                    "quantity": quantity,
-                    "repeat": repeat,
-                }
-                | dict(zip(("answer_1", "answer_2", "answer_3"), numbers))
-                | {
-                    "seconds": seconds[number],
-                    "memory_mb": 300.0 + number,
-                    "stochastic": stochastic,
-                    "outcome": "converged",
-                }
-                | {
-                    "size": (sizes or SIZES)[number],
-                    "today": number == today,
-                    "settings": f'{{"a": {number}}}',
-                }
-                | {"reference": number == len(answers) - 1}
-            )
+            found.append(about | {"repeat": repeat} | dict(zip(ANSWERS, numbers)))
     return pd.DataFrame(found)
 
 
@@ -138,7 +126,7 @@ def test_where_the_finest_fails_the_next_is_the_reference(quantity):
     rows = _rows("element", quantity, answers, seconds=[1, 2, 3], sizes=(4, 2, 1), today=0)
     finest = rows.value == "v2"
     rows.loc[finest, "outcome"] = "failed: it slides away"
-    rows.loc[finest, ["answer_1", "answer_2", "answer_3"]] = np.nan
+    rows.loc[finest, list(ANSWERS)] = np.nan
     table = accuracy(rows)
     assert list(table.reference) == [False, True, False]
     assert table.distance[0] == pytest.approx(2 if quantity == "force_n" else 2 * np.sqrt(3))
@@ -155,7 +143,7 @@ def test_a_value_that_is_alone_has_no_error():
 def test_where_all_fails_there_is_no_budget():
     rows = _second_order()
     rows["outcome"] = "failed: it slides away"
-    rows[["answer_1", "answer_2", "answer_3"]] = np.nan
+    rows[list(ANSWERS)] = np.nan
     table = accuracy(rows)
     assert table.error.isna().all()
     assert budget(table).empty
@@ -163,9 +151,7 @@ def test_where_all_fails_there_is_no_budget():
 
 def test_a_parameter_without_its_reference_is_rejected():
     rows = _second_order()
-    with pytest.raises(
-        ConfigurationError, match="the parameter element lacks the row of its reference for force_n"
-    ):
+    with pytest.raises(ConfigurationError, match="element lacks the row of its reference for force_n"):
         accuracy(rows[~rows.reference])
 
 
@@ -212,7 +198,5 @@ def test_a_reference_has_no_step_left():
 def test_a_budget_without_todays_value_is_rejected():
     rows = _second_order()
     rows["today"] = False
-    with pytest.raises(
-        ConfigurationError, match="today's value of the parameter element has no error of force_n"
-    ):
+    with pytest.raises(ConfigurationError, match="of the parameter element has no error of force_n"):
         budget(accuracy(rows))

@@ -87,5 +87,5 @@ def test_settings_of_which_nothing_can_be_foreseen_are_rejected_by_their_path(
     with pytest.raises(ConfigurationError, match=words):
         Study.of(settings)
     del settings[group][key]
-    with pytest.raises(ConfigurationError, match=f"the configuration.{group} lacks {key}"):
+    with pytest.raises(ConfigurationError, match=f"no setting '{group}.{key}'; known beside it"):
         Study.of(settings)

@@ -12,15 +12,7 @@ import yaml
 from mammosim.chain.configuration import check_settings
 from mammosim.core.errors import ConfigurationError
 from mammosim.io.tables import read_commented
-from mammosim.study.accuracy.presets import (
-    TIE,
-    as_imaged,
-    choices,
-    chosen,
-    errors_at,
-    preset_text,
-    presets,
-)
+from mammosim.study.accuracy.presets import TIE, as_imaged, choices, chosen, errors_at, preset_text, presets
 
 PRESETS = ("draft", "standard", "reference")
 T = 100.0
@@ -34,14 +26,8 @@ def _measured(parameters):
     ]
     for parameter, (setting, values) in parameters.items():
         for number, (value, errors, seconds) in enumerate(values):
-            about = {
-                "stage": "x",
-                "parameter": parameter,
-                "value": str(value),
-                "seconds": seconds,
-                "today": number == 1,
-            }
-            about["settings"] = json.dumps({setting: value})
+            about = {"stage": "x", "parameter": parameter, "value": str(value), "seconds": seconds}
+            about |= {"today": number == 1, "settings": json.dumps({setting: value})}
             rows += [about | {"quantity": q, "error": e} for q, e in errors.items()]
     return pd.DataFrame(rows).assign(outcome="converged", size=[3.0 - n for n in range(len(rows))])
 
@@ -52,10 +38,8 @@ def parameters():
     found = {}
     for number in range(4):
         errors, seconds = np.sort(rng.uniform(0.1, 4, (3, 2)), axis=0)[::-1], np.sort(rng.uniform(1, 60, 3))
-        values = [
-            (float(n), {"force_n": e[0], "agd_percent": e[1]}, s)
-            for n, (e, s) in enumerate(zip(errors, seconds))
-        ]
+        pairs = enumerate(zip(errors, seconds))
+        values = [(float(n), {"force_n": e[0], "agd_percent": e[1]}, s) for n, (e, s) in pairs]
         found[f"parameter_{number}"] = (f"mesh.setting_{number}", values)
     return found
 
@@ -86,10 +70,8 @@ def test_a_coarser_value_that_is_nearer_by_luck_has_the_error_of_the_finer_one()
 
 def test_of_two_values_as_fast_the_more_accurate_is_taken():
     values = [(0.0, {"force_n": 1.0}, 10.0), (1.0, {"force_n": 0.1}, 10.0 + 1e-5)]
-    assert (
-        chosen(_measured({"photons": ("xray.photons", values)}), {"force_n": 2.0}).settings["xray.photons"]
-        == 1.0
-    )
+    choice = chosen(_measured({"photons": ("xray.photons", values)}), {"force_n": 2.0})
+    assert choice.settings == {"xray.photons": 1.0}
 
 
 def test_a_looser_tolerance_is_never_dearer(parameters):
@@ -105,10 +87,8 @@ def test_what_cannot_be_met_is_rejected_with_what_can(parameters):
 
 
 def test_tolerances_that_exclude_each_other_are_rejected():
-    values = [
-        (0.0, {"force_n": 1.0, "agd_percent": 9.0}, 1.0),
-        (1.0, {"force_n": 9.0, "agd_percent": 1.0}, 2.0),
-    ]
+    forces, doses = {"force_n": 1.0, "agd_percent": 9.0}, {"force_n": 9.0, "agd_percent": 1.0}
+    values = [(0.0, forces, 1.0), (1.0, doses, 2.0)]
     methods = _measured({"method": ("mechanics.method", values)}).assign(size=np.nan)  # neither is the finer
     with pytest.raises(ConfigurationError, match=r"no settings meet .* together"):
         chosen(methods, {"force_n": 2.0, "agd_percent": 2.0})
@@ -130,18 +110,15 @@ def test_a_value_that_failed_is_never_chosen(parameters):
     table = _measured(parameters)
     free = chosen(table, {"force_n": 20.0})
     name = next(iter(free.table.value[free.table.parameter == "parameter_0"]))
-    table.loc[(table.parameter == "parameter_0") & (table.value == name), "outcome"] = (
-        "failed: it slides away"
-    )
+    tried = (table.parameter == "parameter_0") & (table.value == name)
+    table.loc[tried, "outcome"] = "failed: it slides away"
     again = chosen(table, {"force_n": 20.0})
     assert name not in set(again.table.value[again.table.parameter == "parameter_0"])
 
 
 def test_parameters_that_no_asked_quantity_depends_on_stay_as_they_are(parameters):
-    parameters["observer"] = (
-        "xray.images",
-        [(10, {"agd_percent": 1.0}, 1.0), (20, {"agd_percent": 0.5}, 2.0)],
-    )
+    images = [(10, {"agd_percent": 1.0}, 1.0), (20, {"agd_percent": 0.5}, 2.0)]
+    parameters["observer"] = ("xray.images", images)
     assert "xray.images" not in chosen(_measured(parameters), {"force_n": 9.0}).settings
     assert "xray.images" in chosen(_measured(parameters), {"agd_percent": 9.0}).settings
 
@@ -152,15 +129,11 @@ def test_the_file_of_a_preset_holds_its_settings_and_their_errors():
         ({"breast": 12.0, "chest": 16.0}, {"force_n": 1.0}, 9.0),
     ]
     newton = [(0.1, {"force_n": 0.5}, 1.0), (1e-8, {"force_n": 0.0}, 2.0)]
-    table = _measured(
-        {"element": ("mesh.element_mm", values), "newton": ("mechanics.newton_tolerance", newton)}
-    )
+    settings = {"element": ("mesh.element_mm", values), "newton": ("mechanics.newton_tolerance", newton)}
+    table = _measured(settings)
     text = preset_text("draft", chosen(table, {"force_n": 1.05}))
-    read = yaml.safe_load(text)
-    assert read == {
-        "mesh": {"element_mm": {"breast": 12.0, "chest": 16.0}},
-        "mechanics": {"newton_tolerance": 1e-8},
-    }
+    element = {"element_mm": {"breast": 12.0, "chest": 16.0}}
+    assert yaml.safe_load(text) == {"mesh": element, "mechanics": {"newton_tolerance": 1e-8}}
     assert "element_mm: {breast: 12.0, chest: 16.0} # force_n 1" in text
     assert text.startswith("# Preset draft: force_n 1;")
 

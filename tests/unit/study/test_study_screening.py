@@ -1,4 +1,4 @@
-"""What is kept of a model whose answers are known: additive, with two that matter only together, without any."""
+"""What is kept of a model whose answers are known: additive, with effects that matter together, with none."""
 
 import numpy as np
 import pytest

@@ -11,6 +11,7 @@ from mammosim.chain.quantities import quantities
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import Count, Positive, Settings, read
 
+Nested = Mapping[str, object]  # settings of the chain as its configuration has them, groups in groups
 # What error and cost are fitted against, from the number that a value is.
 SIZES = {"value": lambda number: float(number), "inverse": lambda number: 1 / float(number)}
 
@@ -42,7 +43,7 @@ class Overrides(Settings):
         found: dict[str, object] = json.loads(self.text)
         return found
 
-    def hold_in(self, settings: Mapping[str, object]) -> bool:
+    def hold_in(self, settings: Nested) -> bool:
         """Whether nested settings have all of these values."""
         return pruned(settings, self.by_name) == nested(self.by_name)
 
@@ -165,8 +166,8 @@ class NumericalParameter(Settings):
         raise ConfigurationError(f"the parameter {self.name} has no value {name!r}; choose one of: {known}")
 
     @classmethod
-    def of(cls, name: str, entry: Entry, settings: Mapping[str, object]) -> "NumericalParameter":
-        """Of its entry; settings: today's, nested.
+    def of(cls, name: str, entry: Entry, settings: Nested) -> "NumericalParameter":
+        """Of its entry; settings: today's.
 
         Today's value is put in its place by size where the entry lacks it.
         Raises ConfigurationError for a setting that is not there, for an unknown size, and for sizes that do
@@ -190,10 +191,8 @@ class NumericalParameter(Settings):
         return cls(name, entry.stage, entry.quantities, tuple(values), entry.kind == "stochastic")
 
 
-def parameters(
-    entries: Mapping[str, Entry], settings: Mapping[str, object]
-) -> Mapping[str, NumericalParameter]:
-    """The numerical parameters of a file, with today's values from nested settings."""
+def parameters(entries: Mapping[str, Entry], settings: Nested) -> Mapping[str, NumericalParameter]:
+    """The numerical parameters of a file; settings: today's."""
     return {name: NumericalParameter.of(name, entry, settings) for name, entry in entries.items()}
 
 

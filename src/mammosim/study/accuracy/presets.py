@@ -25,7 +25,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 
 from mammosim.chain.graph import nested
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.accuracy.parameters import Overrides
+from mammosim.study.accuracy.parameters import Nested, Overrides
 from mammosim.study.accuracy.trial import CHAIN, CONVERGED, outcome_of
 
 IMAGES = "images"  # a stage
@@ -64,9 +64,7 @@ def chosen(measured: pd.DataFrame, wanted: Mapping[str, float]) -> Choice:
     options = _options(measured, list(wanted))
     r = np.array([options[f"error_{q}"] ** 2 / wanted[q] ** 2 for q in wanted])
     _check_least(options, r, wanted)
-    one_each = np.array(
-        [(options.parameter == parameter).to_numpy(float) for parameter in options.parameter.unique()]
-    )
+    one_each = np.array([(options.parameter == name).to_numpy(float) for name in options.parameter.unique()])
     constraints = [LinearConstraint(one_each, 1, 1), LinearConstraint(r, -np.inf, 1)]
     found = milp(
         np.log(options.factor.to_numpy(float)) + TIE * r.sum(axis=0),
@@ -82,9 +80,7 @@ def chosen(measured: pd.DataFrame, wanted: Mapping[str, float]) -> Choice:
     return _choice(options[found.x > 0.5], list(wanted), _seconds(measured, list(wanted)))
 
 
-def errors_at(
-    measured: pd.DataFrame, settings: Mapping[str, object], asked: Iterable[str]
-) -> dict[str, float]:
+def errors_at(measured: pd.DataFrame, settings: Nested, asked: Iterable[str]) -> dict[str, float]:
     """The error of each asked quantity with these nested settings, by all parameters measured for it.
 
     NaN for one that was not, or where a parameter has a value that was not tried. Images count as today's.
@@ -92,7 +88,7 @@ def errors_at(
     return {quantity: _error_at(measured[measured["quantity"] == quantity], settings) for quantity in asked}
 
 
-def _error_at(rows: pd.DataFrame, settings: Mapping[str, object]) -> float:
+def _error_at(rows: pd.DataFrame, settings: Nested) -> float:
     errors2 = []
     for _, values in rows[rows.parameter != CHAIN].groupby("parameter", sort=False):
         of_images = values.stage == IMAGES
@@ -123,27 +119,20 @@ def _options(measured: pd.DataFrame, wanted: list[str]) -> pd.DataFrame:
     rows = measured[measured["quantity"].isin(wanted) & (measured.parameter != CHAIN)]
     T = _seconds(measured, wanted)
     found = []
-    for parameter, of_parameter in rows.groupby("parameter", sort=False):
-        usable = of_parameter.groupby("value", sort=False).filter(
+    for parameter, of_it in rows.groupby("parameter", sort=False):
+        usable = of_it.groupby("value", sort=False).filter(
             lambda value: bool((value.outcome == CONVERGED).all() and value.error.notna().all())
         )
-        t_today = float(of_parameter.seconds[of_parameter.today].max())
+        if usable.empty:
+            raise ConfigurationError(f"no value of the parameter {parameter} has an answer; measure it again")
+        t_today = float(of_it.seconds[of_it.today].max())
         for name, value in usable.groupby("value", sort=False):
             errors = dict(zip(value["quantity"], value.error))
             factor = max((T - t_today + float(value.seconds.max())) / T, LEAST_FACTOR)
-            line = {
-                "parameter": parameter,
-                "value": name,
-                "settings": value.settings.iloc[0],
-                "factor": factor,
-            }
-            found.append(line | {f"error_{q}": errors.get(q, 0.0) for q in wanted})
-        if np.isfinite(of_parameter["size"].iloc[0]):
+            line = {"parameter": parameter, "value": name, "settings": value.settings.iloc[0]}
+            found.append(line | {"factor": factor} | {f"error_{q}": errors.get(q, 0.0) for q in wanted})
+        if np.isfinite(of_it["size"].iloc[0]):
             _never_luckier(found[len(found) - usable.value.nunique() :], wanted)
-        if usable.empty:
-            raise ConfigurationError(
-                f"every value of the parameter {parameter} has no answer; measure it again"
-            )
     return pd.DataFrame(found)
 
 
@@ -205,9 +194,8 @@ def presets(made: Mapping[str, Choice | ConfigurationError], limits: Limits) -> 
         if isinstance(choice, Choice):
             found.append(_rows(preset, choice, limits[preset]))
         else:
-            found.append(
-                pd.DataFrame([{"preset": preset, "parameter": CHAIN, "outcome": outcome_of(choice)}])
-            )
+            why = {"preset": preset, "parameter": CHAIN, "outcome": outcome_of(choice)}
+            found.append(pd.DataFrame([why]))
     return pd.concat(found).reindex(columns=COLUMNS) if found else pd.DataFrame(columns=COLUMNS)
 
 
@@ -241,7 +229,7 @@ def _comments(choice: Choice) -> dict[str, str]:
     return found
 
 
-def _lines(tree: Mapping[str, object], above: str, comments: Mapping[str, str]) -> list[str]:
+def _lines(tree: Nested, above: str, comments: Mapping[str, str]) -> list[str]:
     """Lines of YAML; a value that is a mapping, a list or a number stands on one line."""
     found = []
     for key, value in tree.items():

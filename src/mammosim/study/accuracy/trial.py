@@ -3,6 +3,7 @@
 What every trial shares, the chain at today's settings, is made once and kept in files.
 """
 
+import os
 import resource
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -66,9 +67,9 @@ class Trial:
 
     def __post_init__(self) -> None:
         self.touched = touched(STAGES, self.value.settings.by_name)
-        self.costly = (
-            bool(COSTLY & self.touched & needed(self.parameter.quantities)) and not self.parameter.stochastic
-        )
+        made = self.touched & needed(self.parameter.quantities)
+        self.ends = bool(COSTLY_END & made)
+        self.costly = bool(COSTLY & made) and not self.parameter.stochastic
 
     @property
     def value(self) -> Value:
@@ -81,10 +82,9 @@ class Trial:
         An error ends the repeats.
         """
         rows: list[dict[str, Any]] = []
-        ends = bool(COSTLY_END & self.touched & needed(self.parameter.quantities))
-        if not (ends or self.costly or IMAGES & self.touched):
+        if not (self.ends or self.costly or IMAGES & self.touched):
             self._warm_up()
-        for repeat in range(self.repeats.presses if ends else self.repeats.others):
+        for repeat in range(self.repeats.presses if self.ends else self.repeats.others):
             rows += self._repeat(repeat)
             if any(row["outcome"] != CONVERGED for row in rows):
                 break
@@ -114,8 +114,7 @@ class Trial:
         chain = self._chain(self.value, repeat)
         rows = []
         for name in self.parameter.quantities:
-            answer = answered(name, chain)
-            rows.append(_row(name, repeat, answer, self._seconds(name, chain)))
+            rows.append(_row(name, repeat, *answered(name, chain), self._seconds(name, chain)))
         if self.costly and not self.kept and repeat + 1 >= self.repeats.presses:
             self.kept = {key: made for key, made in chain.made.items() if key[0] in PRESSES & self.touched}
         return rows
@@ -142,17 +141,16 @@ def outcome_of(error: MammosimError) -> str:
     return f"{'failed' if isinstance(error, EquilibriumError | MissingResult) else 'rejected'}: {error}"
 
 
-def _row(name: str, repeat: int, answer: tuple[np.ndarray, str], seconds: float) -> dict[str, Any]:
-    return (
-        {"quantity": name, "repeat": repeat}
-        | numbered(answer[0])
-        | {"seconds": seconds, "outcome": answer[1]}
-    )
-
-
-def numbered(answer: np.ndarray) -> dict[str, float]:
-    """An answer (1,) or (3,) as ANSWERS."""
-    return dict(zip(ANSWERS, np.pad(answer, (0, len(ANSWERS) - len(answer)), constant_values=np.nan)))
+def _row(name: str, repeat: int, answer: np.ndarray, outcome: str, seconds: float) -> dict[str, Any]:
+    """Of one answer (1,) or (3,) to a quantity, as ANSWERS."""
+    numbers = np.pad(answer, (0, len(ANSWERS) - len(answer)), constant_values=np.nan)
+    return {
+        "quantity": name,
+        "repeat": repeat,
+        **dict(zip(ANSWERS, numbers)),
+        "seconds": seconds,
+        "outcome": outcome,
+    }
 
 
 def peak_memory_mb() -> float:
@@ -179,10 +177,8 @@ def made_today(measured: Chain, names: Sequence[str]) -> tuple[Chain, pd.DataFra
     rows = []
     for name, quantity in asked.items():
         taken = {n: t for end in quantity.products for n, t in chain.seconds(end).items()}
-        answer = numbered(np.atleast_1d(np.asarray(answers[name], float)))
-        rows.append(
-            {"quantity": name, "repeat": 0} | answer | {"seconds": sum(taken.values()), "outcome": CONVERGED}
-        )
+        answer = np.atleast_1d(np.asarray(answers[name], float))
+        rows.append(_row(name, 0, answer, CONVERGED, sum(taken.values())))
     about = {"stage": CHAIN, "parameter": CHAIN, "value": TODAY, "size": np.nan, "stochastic": False}
     about |= {"today": True, "reference": False, "settings": "{}"}
     return chain, _table(about, rows)
@@ -199,15 +195,13 @@ def write_start(chain: Chain, folder: str | Path) -> None:
 
 def start_files(folder: str | Path) -> dict[str, dict[str, str]]:
     """What write_start kept: product -> file -> path."""
-    paths = {name: _paths(folder, name) for name in KEPT}
-    return {
-        name: files for name, files in paths.items() if all(Path(path).exists() for path in files.values())
-    }
+    kept = {name: _paths(folder, name) for name in KEPT}
+    return {name: files for name, files in kept.items() if all(map(os.path.exists, files.values()))}
 
 
 def _paths(folder: str | Path, name: str, *, beside: bool = False) -> dict[str, str]:
     files = STAGES[name].files
-    endings: Mapping[str, str] = (
-        {} if files is None else {**files.endings, **(files.beside if beside else {})}
-    )
+    if files is None:
+        return {}
+    endings = {**files.endings, **(files.beside if beside else {})}
     return {file: str(Path(folder) / f"{name}_{file}{ending}") for file, ending in endings.items()}

@@ -2,80 +2,63 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import get_type_hints
 
-from mammosim.chain.graph import pruned
+from mammosim.chain.graph import Chain, pruned
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import Positive, Settings, read
 
-READS = (
-    "volunteers",
-    *(f"compression.{name}" for name in ("thickness_mm", "smallest_mm", "moduli", "plate_mm.width")),
-    *(f"xray.{name}" for name in ("source_to_detector_mm", "support_to_detector_mm", "field_mm.width")),
-    *("xray.effects", "xray.tomosynthesis.system"),
-)
-
-
-@dataclass(frozen=True)
-class Width(Settings):
-    """Of the plates, or of the field at the detector, in mm."""
-
-    width: Positive
-
-
-@dataclass(frozen=True)
-class Pressing(Settings):
-    """thickness_mm: volunteer -> of her standard compression; smallest_mm: that any may be pressed to."""
-
-    thickness_mm: Mapping[str, Positive]
-    smallest_mm: Positive
-    moduli: tuple[str, ...]
-    plate_mm: Width
-
-
-@dataclass(frozen=True)
-class Tomosynthesis(Settings):
-    """system: a row of the table imaging_systems."""
-
-    system: str
-
-
-@dataclass(frozen=True)
-class Imaging(Settings):
-    """Distances from the detector to source and support of the breast, and the effects of an image."""
-
-    source_to_detector_mm: Positive
-    support_to_detector_mm: float
-    field_mm: Width
-    effects: tuple[str, ...]
-    tomosynthesis: Tomosynthesis
+# Where the fields of Study stand in the configuration.
+KEYS = {
+    "volunteers": "volunteers",
+    "thickness_mm": "compression.thickness_mm",
+    "smallest_mm": "compression.smallest_mm",
+    "moduli": "compression.moduli",
+    "plates_width_mm": "compression.plate_mm.width",
+    "source_mm": "xray.source_to_detector_mm",
+    "support_mm": "xray.support_to_detector_mm",
+    "field_width_mm": "xray.field_mm.width",
+    "effects": "xray.effects",
+    "system": "xray.tomosynthesis.system",
+}
 
 
 @dataclass(frozen=True)
 class Study(Settings):
-    """What is foreseen from: the settings READS of the configuration."""
+    """What is foreseen from, by its KEYS; source_mm and support_mm: above the detector.
+
+    thickness_mm: volunteer -> of her standard compression; smallest_mm: that any may be pressed to.
+    """
 
     volunteers: tuple[str, ...]
-    compression: Pressing
-    xray: Imaging
+    thickness_mm: Mapping[str, Positive]
+    smallest_mm: Positive
+    moduli: tuple[str, ...]
+    plates_width_mm: Positive
+    source_mm: Positive
+    support_mm: float
+    field_width_mm: Positive
+    effects: tuple[str, ...]
+    system: str
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.below_source_mm <= 0:
             raise ConfigurationError(
-                f"xray.source_to_detector_mm = {self.xray.source_to_detector_mm:g} leaves no room for the "
-                "support and a breast; move the source away"
+                f"{KEYS['source_mm']} = {self.source_mm:g} leaves no room for the support and a breast; "
+                "move the source away"
             )
 
     @property
     def below_source_mm(self) -> float:
         """From the source to the top of the thinnest breast."""
-        xray = self.xray
-        return xray.source_to_detector_mm - xray.support_to_detector_mm - self.compression.smallest_mm
+        return self.source_mm - self.support_mm - self.smallest_mm
 
     @classmethod
     def of(cls, configuration: Mapping[str, object]) -> "Study":
         """Of the whole configuration. Raises ConfigurationError as core.settings.read does."""
-        return read(cls, pruned(configuration, READS), "the configuration")
+        chain, kinds = Chain(None, configuration, frozenset(), {}), get_type_hints(cls, include_extras=True)
+        return cls(**{name: read(kinds[name], chain.setting(key), key) for name, key in KEYS.items()})
 
 
 @dataclass(frozen=True)
@@ -91,9 +74,8 @@ class Until(Settings):
         return read(cls, pruned(strategy["until"], ("thickness_share", "pressure_kpa")), "until")
 
 
-System = Mapping[
-    str, str | float | None
-]  # a row of the table imaging_systems, None or NaN where it has a gap
+# A row of the table imaging_systems, None or NaN where it has a gap.
+System = Mapping[str, str | float | None]
 
 
 def foreseen(study: Study, ends: Mapping[str, Until], systems: Mapping[str, System]) -> list[str]:
@@ -106,39 +88,33 @@ def foreseen(study: Study, ends: Mapping[str, Until], systems: Mapping[str, Syst
 
 def _strategies(study: Study, ends: Mapping[str, Until]) -> Iterator[str]:
     """Of strategies that press further than any may, or whose pressure is stated for other moduli."""
-    pressing = study.compression
     for name, until in ends.items():
-        goals = (
-            {}
-            if until.thickness_share is None
-            else {woman: until.thickness_share * pressing.thickness_mm[woman] for woman in study.volunteers}
-        )
+        share = until.thickness_share
+        goals = {woman: share * study.thickness_mm[woman] for woman in study.volunteers} if share else {}
         for woman, goal in goals.items():
-            if goal < pressing.smallest_mm:
+            if goal < study.smallest_mm:
                 yield (
                     f"the strategy {name} would press {woman} to {goal:g} mm, and compression.smallest_mm is "
-                    f"{pressing.smallest_mm:g}"
+                    f"{study.smallest_mm:g}"
                 )
         known = until.pressure_kpa
-        if known is not None and (lacking := [m for m in pressing.moduli if m not in known]):
+        if known is not None and (lacking := [m for m in study.moduli if m not in known]):
             yield f"the strategy {name} states no pressure_kpa for the moduli {', '.join(lacking)}"
 
 
 def _system(study: Study, systems: Mapping[str, System]) -> Iterator[str]:
     """Of a system whose row lacks something."""
-    name = study.xray.tomosynthesis.system
-    row = systems.get(name, {})
+    row = systems.get(study.system, {})
     if lacking := [key for key, value in row.items() if value is None or value != value]:
-        yield f"the system {name} lacks {', '.join(lacking)}, so that it makes no slices"
+        yield f"the system {study.system} lacks {', '.join(lacking)}, so that it makes no slices"
 
 
 def _field(study: Study) -> Iterator[str]:
     """Of a field of mammography that is narrower than the plates: a breast between them may be, too."""
-    plates, field = study.compression.plate_mm.width, study.xray.field_mm.width
-    shadow = plates * study.xray.source_to_detector_mm / study.below_source_mm
-    if field < shadow:
+    shadow = study.plates_width_mm * study.source_mm / study.below_source_mm
+    if study.field_width_mm < shadow:
         yield (
-            f"xray.field_mm.width = {field:g} holds no breast as wide as the plates, "
+            f"xray.field_mm.width = {study.field_width_mm:g} holds no breast as wide as the plates, "
             f"whose shadow is {shadow:.0f} mm: images of larger breasts will be missing"
         )
 
@@ -146,5 +122,5 @@ def _field(study: Study) -> Iterator[str]:
 def _beam(study: Study) -> Iterator[str]:
     """Of a beam that no machine has: all photons of one energy, or no paddle in their way."""
     for effect, words in (("polychromatic", "photons of many energies"), ("paddle", "the paddle")):
-        if effect not in study.xray.effects:
+        if effect not in study.effects:
             yield f"exposure, dose and contrast as they are with {words}, since xray.effects lacks {effect}"

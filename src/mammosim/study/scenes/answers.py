@@ -74,9 +74,9 @@ def rows(
 ) -> list[dict[str, Any]]:
     """A row per quantity: scene, quantity, screened, full, difference, tolerance, within, and the seconds.
 
-    A place is given as its length; difference: in the unit of the quantity; numerical_error: what the settings
-    of both leave, NaN where it was not measured; seconds_screening: of finding the effects; fraction: of the
-    full model's processor time that the screened one takes.
+    A place is given as its length; difference: in the unit of the quantity; numerical_error: what the
+    settings of both leave, NaN where it was not measured; seconds_screening: of finding the effects;
+    fraction: of the full model's processor time that the screened one takes.
     """
     apart = changes(screened.values, full.values)
     return [
