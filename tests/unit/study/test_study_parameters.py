@@ -106,7 +106,7 @@ def test_the_schema_knows_every_quantity(repository):
         ({}, "parameters.it lacks values"),
         ({"values": [5]}, "parameters.it: 1 values; give two at least, from draft to reference"),
         ({"values": 5}, "parameters.it.values = 5"),
-        ({"values": [5, float("nan")]}, "no finite plain value"),
+        ({"values": [5, float("nan")]}, r"parameters.it.values\[1\]: .* is not plain and finite"),
         ({"values": [5, 20], "kind": "random"}, "kind = 'random': choose one of: deterministic, stochastic"),
         (
             {"setting": "xray", "values": [{"energies": 5}, {"filter": "Al"}], "size": "energies"},
@@ -133,7 +133,7 @@ def test_an_entry_that_cannot_be_meant_is_rejected_by_its_path(entry, words):
 def test_values_that_set_different_settings_or_none_are_rejected():
     with pytest.raises(ConfigurationError, match="do not all set the same settings"):
         _parameter(values=[{"xray.energies": 5}, {"xray.filter": "Al"}])
-    with pytest.raises(ConfigurationError, match="5 sets nothing; write dotted names of settings"):
+    with pytest.raises(ConfigurationError, match=r"it.values\[0\]: '5' sets nothing; write dotted names"):
         _parameter(values=[5, 20])
 
 
@@ -155,8 +155,9 @@ def test_settings_that_try_nothing_are_rejected_by_their_path(repository, change
 
 
 def test_overrides_hold_where_every_setting_has_their_value():
-    assert Overrides.of({"xray.energies": 20.0, "mesh.element_mm": {"breast": 12.0, "chest": 16.0}}).hold_in(
-        SETTINGS
-    )
-    assert not Overrides.of({"xray.energies": 20, "xray.filter": "Al"}).hold_in(SETTINGS)
-    assert not Overrides.of({"xray.pixel_mm": 1.0}).hold_in(SETTINGS)
+    element = {"mesh.element_mm": {"breast": 12.0, "chest": 16.0}}
+    assert Overrides.of({"xray.energies": 20.0} | element, "it").hold_in(SETTINGS)
+    assert not Overrides.of({"xray.energies": 20, "xray.filter": "Al"}, "it").hold_in(SETTINGS)
+    assert not Overrides.of({"xray.pixel_mm": 1.0}, "it").hold_in(SETTINGS)
+    with pytest.raises(ConfigurationError, match=r"'\{' sets nothing"):
+        Overrides("{")

@@ -24,18 +24,22 @@ class Overrides(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.by_name, dict) or not self.by_name:
+        try:
+            named = isinstance(self.by_name, dict) and bool(self.by_name)
+        except ValueError:
+            named = False
+        if not named:
             raise ConfigurationError(
-                f"{self.text} sets nothing; write dotted names of settings with their values"
+                f"{self.text!r} sets nothing; write dotted names of settings with values"
             )
 
     @classmethod
-    def of(cls, by_name: object) -> "Overrides":
+    def of(cls, by_name: object, place: str) -> "Overrides":
         """Of settings by their dotted names. Raises ConfigurationError for values not plain or finite."""
         try:
-            return cls(json.dumps(by_name, sort_keys=True, allow_nan=False))
+            return read(cls, {"text": json.dumps(by_name, sort_keys=True, allow_nan=False)}, place)
         except (TypeError, ValueError):
-            raise ConfigurationError(f"{by_name} holds what is no finite plain value; write one") from None
+            raise ConfigurationError(f"{place}: {by_name} is not plain and finite; write what is") from None
 
     @property
     def by_name(self) -> dict[str, object]:
@@ -96,10 +100,8 @@ class Entry(Settings):
         """Of the values of the file: of one `setting`, or each a mapping of dotted names."""
         rest = {key: value for key, value in given.items() if key != "setting"}
         if isinstance(values := given.get("values"), list):
-            several = "setting" not in given
-            rest["values"] = [
-                Overrides.of(value if several else {given["setting"]: value}) for value in values
-            ]
+            each = values if "setting" not in given else [{given["setting"]: value} for value in values]
+            rest["values"] = [Overrides.of(one, f"{place}.values[{n}]") for n, one in enumerate(each)]
         return read(cls, rest, place)
 
 
@@ -174,7 +176,7 @@ class NumericalParameter(Settings):
         not fall from draft to reference.
         """
         chain = Chain(None, settings, frozenset(), {})
-        today = Overrides.of({key: chain.setting(key) for key in entry.values[0].by_name})
+        today = Overrides.of({key: chain.setting(key) for key in entry.values[0].by_name}, name)
         sizes = entry.sizes or [_size(value, entry.size) for value in entry.values]
         values = [
             Value(_name(value), value, size, value.hold_in(settings))
