@@ -1,70 +1,104 @@
-"""Plain values are read into settings, or rejected with the path of the key, limits and the next step."""
+"""Settings: what is written is what is meant, or the key that is not is named with its limits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
+import numpy as np
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.core.settings import Count, NotNegative, Positive, Settings, read
+from mammosim.core.settings import Limits, OneOf, Settings, SomeOf, Unchecked, named_words, read, words
 
 
 @dataclass(frozen=True)
-class Wheel(Settings):
-    """With everything that a setting can be."""
-
-    radius_mm: Positive
-    spokes: Count = 8
-    rim: Literal["steel", "wood"] = "steel"
-    worn: bool = False
-    offset_mm: tuple[NotNegative, ...] = ()
-    loads_n: Mapping[str, Positive] | None = None
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.worn and self.rim == "steel":
-            raise ConfigurationError("steel does not wear; choose wood")
+class Plate(Settings):
+    width_mm: Annotated[float, Limits(above=0, at_most=100, advice="was it given in m?")]
+    count: int = 1
+    kind: Literal["flat", "bent"] = "flat"
 
 
 @dataclass(frozen=True)
-class Cart(Settings):
-    """Of wheels."""
+class RoundPlate(Settings):
+    """Of any radius."""
 
-    wheels: tuple[Wheel, ...]
+    radius_mm: Unchecked
+    hole: Plate | None = None
 
 
-def test_values_become_what_the_annotations_say():
-    cart = read(Cart, {"wheels": [{"radius_mm": 3, "offset_mm": [1, 2.5], "loads_n": {"left": 2}}]}, "cart")
-    assert cart == Cart((Wheel(3.0, offset_mm=(1.0, 2.5), loads_n={"left": 2.0}),))
-    assert isinstance(cart.wheels[0].radius_mm, float)
-    assert cart.wheels[0].spokes == 8
+KINDS = {"plate": Plate, "round": RoundPlate}
+
+
+@dataclass(frozen=True)
+class Machine(Settings):
+    plates: Mapping[str, Plate]
+    size: tuple[float, float] = (1.0, 1.0)
+    paddle: Annotated[Plate | RoundPlate, OneOf(KINDS)] | None = None
+    parts: Annotated[tuple[Plate | RoundPlate, ...], SomeOf(KINDS)] = ()
+
+
+def test_plain_values_become_objects():
+    found = read(
+        Machine, {"plates": {"low": {"width_mm": 5}}, "paddle": {"round": {"radius_mm": 3}}}, "machine"
+    )
+    assert found.plates == {"low": Plate(5.0)}
+    assert found.paddle == RoundPlate(3.0)
+    assert read(
+        Machine, {"plates": {}, "parts": {"plate": {"width_mm": 1}, "round": {"radius_mm": 2}}}, "m"
+    ).parts == (
+        Plate(1.0),
+        RoundPlate(2.0),
+    )
+
+
+def test_what_is_made_without_a_file_is_guarded_too():
+    assert Machine(plates={}, size=[2, 3]).size == (2.0, 3.0)
+    with pytest.raises(ConfigurationError, match=r"width_mm = 0 is outside \(0, 100\]; was it given in m\?"):
+        Plate(0)
+
+
+def test_only_what_is_unchecked_may_be_no_number():
+    assert np.isnan(RoundPlate(np.nan).radius_mm)
+    with pytest.raises(ConfigurationError, match="size\\[1\\] = inf is not a finite number"):
+        Machine(plates={}, size=(1.0, np.inf))
 
 
 @pytest.mark.parametrize(
-    ("wheel", "words"),
+    ("values", "message"),
     [
-        ({"radius_m": 1}, r"cart.wheels\[0\] has no key 'radius_m'; did you mean 'radius_mm'\?"),
-        ({}, r"cart.wheels\[0\] lacks radius_mm; add it"),
-        ({"radius_mm": float("inf")}, r"wheels\[0\].radius_mm = inf is not a finite number; write one"),
-        ({"radius_mm": 0}, r"wheels\[0\].radius_mm = 0 is outside \(0, inf\)"),
-        ({"radius_mm": "3"}, r"radius_mm = '3' is of type str; write a float"),
-        ({"radius_mm": True}, "radius_mm = True is of type bool; write a float"),
-        ({"radius_mm": 1, "spokes": 2.5}, "spokes = 2.5 is of type float; write a int"),
-        ({"radius_mm": 1, "spokes": 0}, r"spokes = 0 is outside \[1, inf\)"),
-        ({"radius_mm": 1, "rim": "gold"}, "rim = 'gold': choose one of: steel, wood"),
-        ({"radius_mm": 1, "offset_mm": 4}, r"offset_mm = 4 is no list; write \[...\]"),
-        ({"radius_mm": 1, "offset_mm": [0, -4]}, r"offset_mm\[1\] = -4 is outside \[0, inf\)"),
-        ({"radius_mm": 1, "loads_n": [1]}, "loads_n = .1. has no keys; write them as `key: value`"),
-        ({"radius_mm": 1, "loads_n": {"left": -1}}, "loads_n.left = -1 is outside"),
-        ({"radius_mm": 1, "worn": True}, r"cart.wheels\[0\]: steel does not wear; choose wood"),
+        ({}, "machine lacks plates; add it"),
+        ({"plates": [5]}, r"machine\.plates = \[5\] has no keys"),
+        (
+            {"plates": {"low": {"width": 5}}},
+            r"machine\.plates\.low has no key 'width'; did you mean 'width_mm'\?",
+        ),
+        ({"plates": {"low": {"zzz": 5}}}, "choose one of: width_mm, count, kind"),
+        ({"plates": {"low": {"width_mm": True}}}, r"low\.width_mm = True is of type bool; write a number"),
+        (
+            {"plates": {"low": {"width_mm": 5, "count": 1.5}}},
+            r"low\.count = 1.5 is of type float; write a whole number",
+        ),
+        (
+            {"plates": {"low": {"width_mm": 5, "kind": "round"}}},
+            r"low\.kind = 'round': choose one of: flat, bent",
+        ),
+        ({"plates": {}, "size": [1]}, r"machine\.size has 1 values; write 2"),
+        (
+            {"plates": {}, "paddle": {"plate": {}, "round": {}}},
+            r"paddle has 2 keys; give one of: plate, round",
+        ),
+        ({"plates": {}, "parts": {}}, r"parts has 0 keys; give one of: plate, round"),
+        (
+            {"plates": {}, "parts": {"disc": {}}},
+            r"parts\.disc: 'disc' is unknown; choose one of: plate, round",
+        ),
     ],
 )
-def test_what_cannot_be_meant_is_rejected_by_its_path(wheel, words):
-    with pytest.raises(ConfigurationError, match=words):
-        read(Cart, {"wheels": [wheel]}, "cart")
+def test_an_error_names_the_path_of_keys(values, message):
+    with pytest.raises(ConfigurationError, match=message):
+        read(Machine, values, "machine")
 
 
-def test_settings_guard_themselves_whoever_makes_them():
-    with pytest.raises(ConfigurationError, match="radius_mm = nan is not a finite number"):
-        Wheel(float("nan"))
+def test_settings_are_said_in_words():
+    assert named_words(RoundPlate(3.0)) == "round plate radius mm 3"
+    assert words(Plate(2.5)) == "width mm 2.5, count 1, kind flat"

@@ -119,4 +119,5 @@ def test_a_failure_is_a_row_with_its_reason_and_ends_the_repeats(start):
 
 def test_an_outcome_tells_what_was_not_found_from_what_was_turned_away():
     assert outcome_of(EquilibriumError("it slides away")) == "failed: it slides away"
+    assert outcome_of(EquilibriumError("it buckles", mode=np.ones((4, 3)))) == "unstable: it buckles"
     assert outcome_of(ConfigurationError("no such setting")) == "rejected: no such setting"

@@ -137,7 +137,9 @@ def answered(name: str, chain: Chain) -> tuple[np.ndarray, str]:
 
 
 def outcome_of(error: MammosimError) -> str:
-    """That no solution was found, or else that the input was rejected, and why."""
+    """Why there is no answer: unstable where a mode proves it, failed without a solution, else rejected."""
+    if isinstance(error, EquilibriumError) and error.mode is not None:
+        return f"unstable: {error}"
     return f"{'failed' if isinstance(error, EquilibriumError | MissingResult) else 'rejected'}: {error}"
 
 
