@@ -1,10 +1,10 @@
-"""Two cheap knobs turned on the finished study, from the chain at today's settings to the page."""
+"""Two cheap numerical parameters varied on the finished study, from the chain as it is to the page."""
 
 import pandas as pd
 import pytest
 
 pytestmark = pytest.mark.workflow
-COLUMNS = ["stage", "knob", "value", "quantity", "error", "seconds", "memory_mb"]
+COLUMNS = ["stage", "parameter", "value", "quantity", "error", "seconds", "memory_mb"]
 
 
 @pytest.fixture(scope="module")
@@ -20,16 +20,16 @@ def _table(study, name):
     return pd.read_csv(study.run / f"results/study/{name}.csv")
 
 
-def test_every_value_of_every_knob_has_its_error_seconds_and_memory(tried):
+def test_every_value_of_every_parameter_has_its_error_seconds_and_memory(tried):
     table = _table(tried, "accuracy")
     assert list(table.columns[: len(COLUMNS)]) == COLUMNS
-    assert set(table.knob) == {"chain", "dose_photons", "energies"}
-    turned = table[table.knob != "chain"]
-    assert (turned.outcome == "ok").all()
-    assert (turned.error >= 0).all()
-    assert (turned.seconds > 0).all()
-    assert (turned.memory_mb > 50).all(), "an interpreter with numpy needs more"
-    assert set(turned[turned.today].value) == {"4", "8"}, "the values of config/smoke.yaml"
+    assert set(table.parameter) == {"chain", "dose_photons", "energies"}
+    varied = table[table.parameter != "chain"]
+    assert (varied.outcome == "converged").all()
+    assert (varied.error >= 0).all()
+    assert (varied.seconds > 0).all()
+    assert (varied.memory_mb > 50).all(), "an interpreter with numpy needs more"
+    assert set(varied[varied.today].value) == {"4", "8"}, "the values of config/smoke.yaml"
 
 
 def test_the_budget_adds_up_and_the_page_stands_alone(tried):
@@ -46,10 +46,10 @@ def test_the_report_shows_it(tried):
 
 
 def test_another_value_is_one_more_trial(tried, tmp_path):
-    knobs = tmp_path / "knobs.yaml"
-    given = (tried.home / "config/accuracy/knobs_smoke.yaml").read_text()
-    knobs.write_text(given.replace("values: [10.0, 5.0]", "values: [10.0, 7.0, 5.0]"))
-    jobs = tried.jobs("results/study/accuracy.csv", "--config", f"accuracy={knobs}")
+    parameters = tmp_path / "parameters.yaml"
+    given = (tried.home / "config/accuracy/parameters_smoke.yaml").read_text()
+    parameters.write_text(given.replace("values: [10.0, 5.0]", "values: [10.0, 7.0, 5.0]"))
+    jobs = tried.jobs("results/study/accuracy.csv", "--config", f"accuracy={parameters}")
     assert [name for name in jobs if name.startswith("accuracy_trial")] == [
         "accuracy_trial: results/accuracy/dose_photons/7.csv"
     ]
@@ -62,10 +62,10 @@ def test_another_value_is_one_more_trial(tried, tmp_path):
         ("[agd_percent, mas_percent]", "[agd]", "'agd': choose one of: ['nipple_mm'"),
     ],
 )
-def test_a_knob_that_cannot_be_meant_is_refused_by_name(study, tmp_path, right, wrong, words):
-    knobs = tmp_path / "knobs.yaml"
-    given = (study.home / "config/accuracy/knobs_smoke.yaml").read_text()
-    knobs.write_text(given.replace(right, wrong))
-    result = study.snakemake("--dry-run", "accuracy", "--config", f"accuracy={knobs}")
+def test_a_parameter_that_cannot_be_meant_is_rejected_by_name(study, tmp_path, right, wrong, words):
+    parameters = tmp_path / "parameters.yaml"
+    given = (study.home / "config/accuracy/parameters_smoke.yaml").read_text()
+    parameters.write_text(given.replace(right, wrong))
+    result = study.snakemake("--dry-run", "accuracy", "--config", f"accuracy={parameters}")
     assert result.returncode != 0
     assert words in result.stdout

@@ -131,7 +131,7 @@ def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished,
         (("accuracy: draft", "accuracy: fast"), "no preset 'fast'; choose one of:"),
     ],
 )
-def test_a_scene_that_cannot_be_meant_is_refused_with_what_to_write(study, tmp_path, change, words):
+def test_a_scene_that_cannot_be_meant_is_rejected_with_what_to_write(study, tmp_path, change, words):
     text = SCENE.replace("ASKED", "agd_percent").replace(*change)
     (study.home / "config/scenes/mine.yaml").write_text(text)
     assert words in _dry_run_of_mine(study, tmp_path)

@@ -1,18 +1,21 @@
-# What accuracy costs in time, on demand. One job per value of a knob: adding one runs one.
-from mammosim.study.accuracy.knobs import knobs
+# What accuracy costs in time, on demand. One job per value of a numerical parameter: adding one runs one.
+from dataclasses import asdict
 
-ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
-TRIED = ACCURACY["volunteer"]  # the volunteer
-known_strategies([ACCURACY["load"]["strategy"]], WAYS, config["accuracy"])
-TRIED_PLACES = {"v": TRIED, "side": ACCURACY["side"], "moduli": "gravity"} | ACCURACY["load"]
+from mammosim.study.accuracy.parameters import AccuracySettings, parameters
+
+ACCURACY_VALUES = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
 TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
-TRIED_SETTINGS = settings_of(TRIED_PLACES)
 TRIED_PRODUCTS = ("loaded", "exposed_dose", "mammogram", "slices")
 try:
-    KNOBS = knobs(ACCURACY["knobs"], TRIED_SETTINGS)
+    ACCURACY = AccuracySettings.of(ACCURACY_VALUES)
+    TRIED = ACCURACY.volunteer
+    TRIED_PLACES = {"v": TRIED, "side": ACCURACY.side, "moduli": "gravity"} | asdict(ACCURACY.load)
+    known_strategies([ACCURACY.load.strategy], WAYS, config["accuracy"])
+    TRIED_SETTINGS = settings_of(TRIED_PLACES)
+    PARAMETERS = parameters(ACCURACY.parameters, TRIED_SETTINGS)
 except ConfigurationError as error:
     raise WorkflowError(f"ConfigurationError: {config['accuracy']}: {error}") from None
-ASKED = list(dict.fromkeys(name for knob in KNOBS.values() for name in knob.quantities))
+ASKED = list(dict.fromkeys(name for parameter in PARAMETERS.values() for name in parameter.quantities))
 PAGES["accuracy"] = {
     "tables": ["accuracy", "accuracy_orders", "accuracy_budget", "accuracy_presets"],
     "figures": [*(f"accuracy_{name}" for name in ASKED), "accuracy_memory", "accuracy_orders", "accuracy_budget"],
@@ -20,7 +23,7 @@ PAGES["accuracy"] = {
 
 
 wildcard_constraints:
-    knob="|".join(KNOBS),
+    parameter="|".join(PARAMETERS),
     value="[A-Za-z0-9_.+-]+",
 
 
@@ -46,21 +49,21 @@ rule accuracy_start:
 
 
 rule accuracy_trial:
-    """One value of one knob: what is answered with it, and its processor time and memory."""
+    """One value of one numerical parameter: what is answered with it, and its processor time and memory."""
     input:
         unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
         start="results/accuracy/start",
         library=[*library("accuracy_trial.py"), *code(*STAGES)],
     output:
-        "results/accuracy/{knob}/{value}.csv",
+        "results/accuracy/{parameter}/{value}.csv",
     params:
         given=lambda wildcards: job_given(TRIED_PRODUCTS, TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
-        knob=lambda wildcards: KNOBS[wildcards.knob].alone(wildcards.value),
-        repeats=ACCURACY["repeats"],
+        parameter=lambda wildcards: PARAMETERS[wildcards.parameter].alone(wildcards.value),
+        repeats=asdict(ACCURACY.repeats),
     log:
-        "results/logs/accuracy_trial/{knob}_{value}.log",
+        "results/logs/accuracy_trial/{parameter}_{value}.log",
     benchmark:
-        "results/benchmarks/accuracy_trial/{knob}_{value}.tsv"
+        "results/benchmarks/accuracy_trial/{parameter}_{value}.tsv"
     resources:
         mem_mb=4000,
     script:
@@ -72,7 +75,7 @@ rule accuracy_tables:
     input:
         rows=[
             "results/accuracy/chain.csv",
-            *(f"results/accuracy/{knob.name}/{value.name}.csv" for knob in KNOBS.values() for value in knob.values),
+            *(f"results/accuracy/{name}/{value.name}.csv" for name, each in PARAMETERS.items() for value in each.values),
         ],
         library=library("accuracy_tables.py"),
     output:
@@ -81,9 +84,9 @@ rule accuracy_tables:
         budget="results/study/accuracy_budget.csv",
         presets="results/study/accuracy_presets.csv",
         numbers="results/study/accuracy.json",
-        files=expand("results/accuracy/presets/{preset}.yaml", preset=ACCURACY["presets"]),
+        files=expand("results/accuracy/presets/{preset}.yaml", preset=ACCURACY.presets),
     params:
-        limits=ACCURACY["presets"],
+        limits=ACCURACY.presets,
     log:
         "results/logs/accuracy_tables/all.log",
     benchmark:

@@ -2,6 +2,7 @@
 import hashlib
 import itertools
 import json
+from dataclasses import asdict
 
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.chain.stages import MECHANICS as MECHANICS_OF
@@ -9,45 +10,41 @@ from mammosim.chain.stages import XRAY as XRAY_OF
 
 BREAST_AND_LOAD = ("v", "side", "strategy", "moduli", "position")
 STUDY = "study"  # the accuracy of the study's own settings
-PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("knobs"))
+PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if not p.stem.startswith("parameters"))
 
 
-def scene_values(name):
-    """The values of config/scenes/{name}.yaml, with the volunteer, side and accuracy that it leaves to the study."""
+def known_scene(name):
+    """The scene of config/scenes/{name}.yaml, with what it leaves to the study; rejected if it asks for what cannot be."""
     file = f"config/scenes/{name}.yaml"
-    values = checked(read_yaml(file), "scene", [file])
-    values = {"volunteer": WOMEN[0], "side": COMPRESSION["sides"][0], "accuracy": SCREENING["accuracy"]} | values
-    known = sorted({volunteer for volunteer, _ in VOLUNTEERS})
-    if values["volunteer"] not in known:
-        raise WorkflowError(
-            f"ConfigurationError: {file}: no volunteer {values['volunteer']!r}; choose one of: {', '.join(known)}"
-        )
-    return values
-
-
-def known_scene(name, values):
-    """The scene, refused with advice when it asks for what cannot be."""
+    given = checked(read_yaml(file), "scene", [file])
+    values = {"volunteer": WOMEN[0], "side": COMPRESSION["sides"][0], "accuracy": SCREENING["accuracy"]} | given
     try:
-        return Scene.of(name, values)
+        scene = Scene.of(name, values)
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
+    known = sorted({volunteer for volunteer, _ in VOLUNTEERS})
+    if scene.volunteer not in known:
+        raise WorkflowError(
+            f"ConfigurationError: {file}: no volunteer {scene.volunteer!r}; choose one of: {', '.join(known)}"
+        )
+    return scene
 
 
-def family_of(values):
+def family_of(scene):
     """The name of all scenes with the same breast, tissues and load."""
-    same = {key: values[key] for key in ("volunteer", "side", "tissues", "load")}
+    same = {"volunteer": scene.volunteer, "side": scene.side, "tissues": scene.tissues, "load": scene.load.stated}
     digest = hashlib.sha256(json.dumps(same, sort_keys=True).encode()).hexdigest()[:8]
-    return f"{values['volunteer']}_{values['side']}_{digest}"
+    return f"{scene.volunteer}_{scene.side}_{digest}"
 
 
 def scenes_of_family(family):
     """Names of its scenes whose effects are to be found."""
-    return [name for name in SCENES if FAMILY[name] == family and SCENES[name].effects == "auto"]
+    return [name for name in SCENES if FAMILY[name] == family and SCENES[name].effects is None]
 
 
 def families_to_screen():
     """Families in which a scene leaves its effects to be found."""
-    return sorted({FAMILY[name] for name, scene in SCENES.items() if scene.effects == "auto"})
+    return sorted({FAMILY[name] for name, scene in SCENES.items() if scene.effects is None})
 
 
 def screening_given(wildcards):
@@ -59,7 +56,7 @@ def screening_given(wildcards):
 
 def volunteer_of_family(family):
     """Whose breast it is."""
-    return next(values["volunteer"] for name, values in SCENE_VALUES.items() if FAMILY[name] == family)
+    return next(scene.volunteer for name, scene in SCENES.items() if FAMILY[name] == family)
 
 
 @cache
@@ -105,33 +102,33 @@ def preset(accuracy):
 
 def accuracy_words(name):
     """The accuracy of a scene: its preset, or what was picked for the errors that it states."""
-    accuracy = SCENES[name].accuracy
-    if not isinstance(accuracy, dict):
-        return accuracy
-    choice = picked(json.dumps(accuracy))
+    scene = SCENES[name]
+    if scene.errors is None:
+        return scene.accuracy
+    choice = picked(json.dumps(scene.errors))
     return ", ".join(f"{name} {value}" for name, value in choice.settings.items())
 
 
 def scene_places(name):
     """The wildcards of a scene's breast and load."""
-    values = SCENE_VALUES[name]
-    moduli = "gravity" if values["tissues"] == config["tissues"] else values["tissues"]
-    return {"v": values["volunteer"], "side": values["side"], "moduli": moduli} | values["load"]
+    scene = SCENES[name]
+    moduli = "gravity" if scene.tissues == config["tissues"] else scene.tissues
+    return {"v": scene.volunteer, "side": scene.side, "moduli": moduli} | scene.load.stated
 
 
 @cache
 def scene_settings(name, accuracy=None):
     """What the chain of a scene reads, at its own accuracy or at that of a preset."""
-    values, places = SCENE_VALUES[name], scene_places(name)
-    if "strategy" in values["load"]:
-        known_strategies([values["load"]["strategy"]], WAYS, f"config/scenes/{name}.yaml")
-        thickness_of(name, values["volunteer"])
-    settings = settings_of(places) | {"tissues": tissue_table(values["tissues"])}
+    scene, places = SCENES[name], scene_places(name)
+    if scene.load.strategy is not None:
+        known_strategies([scene.load.strategy], WAYS, f"config/scenes/{name}.yaml")
+        thickness_of(name, scene.volunteer)
+    settings = settings_of(places) | {"tissues": tissue_table(scene.tissues)}
     # Whatever tissues it has, its pressures are those of the study's own moduli.
     settings = overridden(settings, {"load": {"moduli": "gravity"}})
     # What the images were labelled with is the study's.
     labelled = ("registration", "segmentation")
-    others = {k: v for k, v in preset(accuracy or SCENES[name].accuracy).items() if k in settings and k not in labelled}
+    others = {k: v for k, v in preset(accuracy or scene.wanted).items() if k in settings and k not in labelled}
     return overridden(settings, others)
 
 
@@ -147,19 +144,19 @@ def thickness_of(scene, volunteer):
 
 
 def question(scene):
-    """What a scene asks, without its words."""
-    return {name: value for name, value in SCENE_VALUES[scene].items() if name != "title"}
+    """A scene as the plain values of a job."""
+    return asdict(SCENES[scene])
 
 
 def to_screen(scene):
     """What its screening depends on."""
-    return {name: value for name, value in question(scene).items() if name != "accuracy"}
+    return {name: value for name, value in question(scene).items() if name not in ("accuracy", "errors")}
 
 
 def scene_effects(scene, model):
     """The effects of a model of a scene; of a screened one they are known once the checkpoint was passed."""
     found = None
-    if model == "screened" and SCENES[scene].effects == "auto":
+    if model == "screened" and SCENES[scene].effects is None:
         found = read_plain(checkpoints.screen.get(family=FAMILY[scene]).output.effects)
     return SCENES[scene].modelled(model, found)
 
@@ -172,8 +169,8 @@ def screening_of(wildcards):
 
 def effects_or_file(scene):
     """The effects that a scene lists, or the file in which they are found."""
-    auto = SCENES[scene].effects == "auto"
-    return f"results/scenes/screening/{FAMILY[scene]}.csv" if auto else list(SCENES[scene].effects)
+    listed = SCENES[scene].effects
+    return f"results/scenes/screening/{FAMILY[scene]}.csv" if listed is None else list(listed)
 
 
 def scene_chain(scene, effects):

@@ -2,10 +2,9 @@
 from mammosim.study.scenes.scene import Scene, products_of
 
 SCREENING = config["scenes"]
-SCENE_VALUES = {name: scene_values(name) for name in SCREENING["names"]}
-SCENES = {name: known_scene(name, values) for name, values in SCENE_VALUES.items()}
+SCENES = {name: known_scene(name) for name in SCREENING["names"]}
 # Scenes of one breast, tissues and load share all that they have in common while they are screened.
-FAMILY = {name: family_of(values) for name, values in SCENE_VALUES.items()}
+FAMILY = {name: family_of(scene) for name, scene in SCENES.items()}
 PAGES["scenes"] = {"tables": ["scenes", "effects", "interactions"], "figures": ["effects", "scenes"]}
 
 
@@ -42,7 +41,7 @@ checkpoint screen:
 rule scene_answer:
     """What one scene asks, with the screened effects or with all, and what all of it took."""
     input:
-        unpack(lambda wildcards: measured(SCENE_VALUES[wildcards.scene]["volunteer"], *BREAST_FILES)),
+        unpack(lambda wildcards: measured(SCENES[wildcards.scene].volunteer, *BREAST_FILES)),
         unpack(answer_inputs),
         screening=screening_of,
         library=[*library("scene_answer.py"), *code(*STAGES)],

@@ -1,7 +1,7 @@
 # From the compressed breast to its X-ray image and dose.
 from snakemake.logging import logger
 
-from mammosim.study.jobs.foreseen import foreseen
+from mammosim.study.jobs.foreseen import Study, Until, foreseen
 
 XRAY = config["xray"]
 GEOMETRY = {
@@ -11,7 +11,8 @@ GEOMETRY = {
 
 known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 if workflow.is_main_process:
-    for words in foreseen(config, STRATEGIES, imaging_systems()):
+    ends = {name: Until.of(strategy) for name, strategy in STRATEGIES.items()}
+    for words in foreseen(Study.of(config), ends, imaging_systems()):
         logger.warning(f"A result will be missing, as it seems: {words}.")
 TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")
 

@@ -4,7 +4,7 @@ import _log
 
 from mammosim.chain.files import chain_of
 from mammosim.io.tables import write_table
-from mammosim.study.accuracy.start import made_today, write_start
+from mammosim.study.accuracy.trial import made_today, write_start
 
 
 def main(files: dict, given: dict, quantities: list[str], folder: str, table: str) -> None:

@@ -6,10 +6,9 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.accuracy.error_budget import budget
+from mammosim.study.accuracy.error_budget import budget, numbers
 from mammosim.study.accuracy.errors import accuracy, orders
-from mammosim.study.accuracy.preset_tables import choices, preset_text, presets
-from mammosim.study.accuracy.summary import numbers
+from mammosim.study.accuracy.presets import choices, preset_text, presets
 
 
 def main(rows: list[str], limits: dict, out: dict) -> None:

@@ -1,17 +1,17 @@
-"""One value of one knob: what is answered with it, and its processor time and memory."""
+"""One value of one numerical parameter: what is answered with it, and its processor time and memory."""
 
 import _log
 
 from mammosim.chain.files import chain_of
+from mammosim.core.settings import read
 from mammosim.io.tables import write_table
-from mammosim.study.accuracy.knobs import Knob
-from mammosim.study.accuracy.start import start_files
-from mammosim.study.accuracy.trial import Trial
+from mammosim.study.accuracy.parameters import NumericalParameter, Repeats
+from mammosim.study.accuracy.trial import Trial, start_files
 
 
-def main(files: dict, given: dict, knob: Knob, repeats: dict, out: str) -> None:
+def main(files: dict, given: dict, parameter: NumericalParameter, repeats: Repeats, out: str) -> None:
     today = chain_of(given, files).kept(start_files(files["start"]))
-    write_table(Trial(today, knob, repeats).rows(), out)
+    write_table(Trial(today, parameter, repeats).rows(), out)
 
 
 if __name__ == "__main__":
@@ -19,7 +19,7 @@ if __name__ == "__main__":
     main(
         dict(snakemake.input.items()),
         snakemake.params.given,
-        Knob.plain(snakemake.params.knob),
-        snakemake.params.repeats,
+        read(NumericalParameter, snakemake.params.parameter, "the parameter"),
+        read(Repeats, snakemake.params.repeats, "repeats"),
         snakemake.output[0],
     )

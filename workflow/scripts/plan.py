@@ -30,7 +30,7 @@ def main(
 
 
 def dry_run(command: list[str]) -> str:
-    """What Snakemake says it would do. Raises ConfigurationError with its words when it refuses."""
+    """What Snakemake says it would do. Raises ConfigurationError with its words where it fails."""
     ran = subprocess.run(command, text=True, capture_output=True, check=False)
     if ran.returncode:
         raise ConfigurationError(

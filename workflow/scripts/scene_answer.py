@@ -1,22 +1,25 @@
 """What one scene asks, and the processor seconds that all that it is made of took."""
 
+from dataclasses import asdict
+
 import _log
 
 from mammosim.chain.files import chain_of
+from mammosim.core.settings import read
 from mammosim.io.plain import read_plain
 from mammosim.io.tables import read_json, write_json
-from mammosim.study.scenes.answers import seconds, values
+from mammosim.study.scenes.answers import Answered, seconds, values
 from mammosim.study.scenes.scene import Scene
 
 
 def main(files: dict, job: dict, settings: dict, out: str) -> None:
     screening = read_plain(files["screening"][0]) if files["screening"] else None
-    effects = Scene.of(job["scene"], settings["scene"]).modelled(job["model"], screening)
+    scene = read(Scene, settings["scene"], f"scene {job['scene']}")
+    effects = scene.modelled(job["model"], screening)
     chain = chain_of(settings["given"], files).with_effects(effects)
-    asked = settings["scene"]["asked"]
-    found = values(chain, asked)
-    took = sum(s for path in files["took"] for s in read_json(path).values()) + seconds(chain, asked)
-    write_json({"values": found, "effects": sorted(effects), "seconds": took}, out)
+    found = values(chain, scene.asked)
+    took = sum(s for path in files["took"] for s in read_json(path).values()) + seconds(chain, scene.asked)
+    write_json(asdict(Answered(found, tuple(sorted(effects)), took)), out)
 
 
 if __name__ == "__main__":

@@ -6,24 +6,25 @@ import sys
 import _log
 import pandas as pd
 
+from mammosim.core.settings import read
 from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_commented, read_json, read_table, write_json, write_table
 from mammosim.study.accuracy.presets import errors_at
+from mammosim.study.scenes.answers import Answered, numbers, outside, rows
+from mammosim.study.scenes.scene import Scene
 from mammosim.study.scenes.screening import COLUMNS, JOINT
-from mammosim.study.scenes.summary import numbers, outside, rows
 
 
 def main(files: dict, settings: dict, out: dict) -> None:
-    scenes, measured = settings["scenes"], read_commented(files["measured"])
+    scenes = [read(Scene, given, f"scene {name}") for name, given in settings["scenes"].items()]
+    measured = read_commented(files["measured"])
     took = {name: s for path in files["seconds"] for name, s in read_json(path).items()}
-    pairs = zip(files["answers"][::2], files["answers"][1::2], strict=True)
+    answered = [read(Answered, read_json(path), path) for path in files["answers"]]
     found = []
-    for (name, values), pair in zip(scenes.items(), pairs, strict=True):
-        errors = errors_at(measured, settings["settings"][name], values["asked"])
-        answers = rows(
-            name, values["asked"], *map(read_json, pair), numerical=errors, screening_s=took.get(name, 0.0)
-        )
-        found.append(pd.DataFrame(answers).assign(accuracy=settings["accuracy"][name]))
+    for scene, screened, full in zip(scenes, answered[::2], answered[1::2], strict=True):
+        errors = errors_at(measured, settings["settings"][scene.name], scene.asked)
+        answers = rows(scene, screened, full, numerical=errors, screening_s=took.get(scene.name, 0.0))
+        found.append(pd.DataFrame(answers).assign(accuracy=settings["accuracy"][scene.name]))
     table = pd.concat(found, ignore_index=True)
     effects, joint = together(files["effects"], COLUMNS), together(files["joint"], JOINT)
     write_table(table, out["scenes"])

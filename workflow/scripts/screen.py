@@ -6,6 +6,7 @@ import _log
 import pandas as pd
 
 from mammosim.chain.files import chain_of
+from mammosim.core.settings import read
 from mammosim.io.tables import write_json, write_table
 from mammosim.study.scenes.answers import answers
 from mammosim.study.scenes.scene import Scene
@@ -14,11 +15,10 @@ from mammosim.study.scenes.screening import Rule, Screening
 
 def main(files: dict, settings: dict, out: dict) -> None:
     chain = chain_of(settings["given"], files)
-    tables, took = [], {}
-    for scene in (Scene.of(name, given) for name, given in settings["scenes"].items()):
+    rule, tables, took = read(Rule, settings["rule"], "scenes"), [], {}
+    for scene in (read(Scene, given, f"scene {name}") for name, given in settings["scenes"].items()):
         began = time.process_time()
         evaluated = answers(chain, scene.asked)
-        rule = Rule(**settings["rule"])
         screening = Screening(scene.name, scene.full, scene.needed, scene.asked, evaluated, rule)
         tables.append(screening.tables())
         took[scene.name] = time.process_time() - began

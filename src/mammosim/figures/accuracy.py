@@ -9,33 +9,33 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SERIES, VERMILION, WIDTH, new_figure, styled
 from mammosim.study.accuracy.errors import on_front
-from mammosim.study.accuracy.presets import CHAIN
+from mammosim.study.accuracy.trial import CHAIN
 
 COLUMNS = 3
 NOTHING = 0.3  # of the smallest error above zero: where an error of zero is drawn
 LEAST_SPAN = 2.0  # of the time axis to either side: less would be all noise of timing
 UNITS = {"mm": "mm", "n": "N", "kpa": "kPa", "percent": "%"}
-SHOWN = 4  # knobs with a colour of their own in a budget
+SHOWN = 4  # parameters with a colour of their own in a budget
 ORDERS_SHOWN = (-7.0, 9.0)
 SMALL_SHARE = 8.0  # percent; parts below bear no name
 
 
 @styled
 def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
-    """One picture per knob, both axes logarithmic: error in a quantity against processor time.
+    """One picture per parameter, both axes logarithmic: error in a quantity against processor time.
 
-    table: study.accuracy.errors.accuracy. Filled: on the Pareto front of the knob; ring: today's setting;
+    table: of accuracy.errors.accuracy. Filled: on the Pareto front of the parameter; ring: today's setting;
     dotted: what the reference leaves; triangle: an error of zero, below all others.
     """
     rows = table[(table["quantity"] == quantity) & table.error.notna()]
-    knobs = list(dict.fromkeys(rows.knob))
-    n_row = -(-max(len(knobs), 1) // COLUMNS)
+    parameters = list(dict.fromkeys(rows.parameter))
+    n_row = -(-max(len(parameters), 1) // COLUMNS)
     figure = new_figure(0.9 + 1.9 * n_row)
     axes = figure.subplots(n_row, COLUMNS, squeeze=False).ravel()
-    for ax, knob in zip(axes, knobs):
-        _curve(ax, rows[rows.knob == knob].reset_index(drop=True))
-        ax.set_title(knob.replace("_", " "), fontsize=8.5)
-    for ax in axes[len(knobs) :]:
+    for ax, parameter in zip(axes, parameters):
+        _curve(ax, rows[rows.parameter == parameter].reset_index(drop=True))
+        ax.set_title(parameter.replace("_", " "), fontsize=8.5)
+    for ax in axes[len(parameters) :]:
         ax.set_axis_off()
     figure.supxlabel("processor time of what the setting touches (s)", fontsize=9)
     figure.supylabel(
@@ -51,7 +51,7 @@ def unit_of(quantity: str) -> str:
 
 
 def _curve(ax: Axes, rows: pd.DataFrame) -> None:
-    """The values of one knob, from draft to reference."""
+    """The values of one parameter, from draft to reference."""
     above = rows.error[rows.error > 0]
     lowest = NOTHING * float(above.min()) if len(above) else 1.0
     drawn = rows.error.clip(lower=lowest)
@@ -103,9 +103,9 @@ def _legend() -> list[Line2D]:
 
 @styled
 def orders(table: pd.DataFrame) -> Figure:
-    """A line per knob and quantity: p of error ~ size^p, and q of seconds ~ size^-q, with standard errors.
+    """A line per parameter and quantity: p of error ~ size^p, q of seconds ~ size^-q, with standard errors.
 
-    table: study.accuracy.errors.orders. Without bar: too few points for an error.
+    table: of accuracy.errors.orders. Without bar: too few points for an error.
     """
     table = table.iloc[::-1].reset_index(drop=True)
     figure = new_figure(1.0 + 0.19 * max(len(table), 1))
@@ -115,7 +115,7 @@ def orders(table: pd.DataFrame) -> Figure:
         ax.errorbar(table[name], place, xerr=table[f"{name}_se"], fmt="o", color=colour, elinewidth=1.2)
         ax.axvline(0, color=INK, lw=0.8)
         ax.grid(False, axis="y")
-    names = [f"{row.knob.replace('_', ' ')}: {row.quantity}" for row in table.itertuples()]
+    names = [f"{row.parameter.replace('_', ' ')}: {row.quantity}" for row in table.itertuples()]
     left.set_yticks(place, names, fontsize=7)
     left.set(title="order of convergence", xlabel="p of error ~ size$^p$")
     right.set(title="exponent of cost", xlabel="q of seconds ~ size$^{-q}$")
@@ -126,23 +126,23 @@ def orders(table: pd.DataFrame) -> Figure:
 
 @styled
 def memory(table: pd.DataFrame) -> Figure:
-    """A line per knob: the largest memory of the job of each value, dots growing from draft to reference.
+    """A line per parameter: the largest memory of each value's job, dots growing from draft to reference.
 
-    table: study.accuracy.errors.accuracy. Ring: today's setting.
+    table: of accuracy.errors.accuracy. Ring: today's setting.
     """
-    rows = table[table.knob != CHAIN].drop_duplicates(["knob", "value"])
-    knobs = list(dict.fromkeys(rows.knob))[::-1]
-    figure = new_figure(0.9 + 0.24 * max(len(knobs), 1))
+    rows = table[table.parameter != CHAIN].drop_duplicates(["parameter", "value"])
+    parameters = list(dict.fromkeys(rows.parameter))[::-1]
+    figure = new_figure(0.9 + 0.24 * max(len(parameters), 1))
     ax = figure.subplots()
-    for place, knob in enumerate(knobs):
-        values = rows[rows.knob == knob]
+    for place, parameter in enumerate(parameters):
+        values = rows[rows.parameter == parameter]
         ax.plot(values.memory_mb, np.full(len(values), place), color=QUIET, lw=0.8, zorder=1)
         ax.scatter(
             values.memory_mb, np.full(len(values), place), s=np.linspace(8, 40, len(values)), color=BLUE
         )
         today = values[values.today.astype(bool)]
         ax.plot(today.memory_mb, np.full(len(today), place), "o", ms=10, mfc="none", mec=VERMILION, mew=1.4)
-    ax.set_yticks(range(len(knobs)), [knob.replace("_", " ") for knob in knobs])
+    ax.set_yticks(range(len(parameters)), [parameter.replace("_", " ") for parameter in parameters])
     ax.set(xlabel="largest memory of the job (MB)", xlim=(0, None))
     ax.grid(False, axis="y")
     return figure
@@ -150,9 +150,9 @@ def memory(table: pd.DataFrame) -> Figure:
 
 @styled
 def budget(table: pd.DataFrame) -> Figure:
-    """A bar per quantity: shares of the squared error by knob; beside it the total and the best next step.
+    """A bar per quantity: shares of the squared error by parameter; beside it the total and the next step.
 
-    table: study.accuracy.error_budget.budget.
+    table: of accuracy.error_budget.budget.
     """
     quantities = list(dict.fromkeys(table["quantity"]))[::-1]
     figure = new_figure(0.7 + 0.62 * max(len(quantities), 1))
@@ -177,7 +177,7 @@ def _stack(ax: Axes, place: int, rows: pd.DataFrame) -> None:
         colour = SERIES[number] if number < SHOWN else QUIET
         ax.barh(place, row.share_percent, left=start, color=colour, height=0.55, edgecolor="white", lw=0.6)
         if row.share_percent >= SMALL_SHARE:
-            name = row.knob.replace("_", " ")
+            name = row.parameter.replace("_", " ")
             room = int(row.share_percent / 100 * WIDTH * 6.2)
             name = name if len(name) <= room else f"{name[: max(room - 1, 1)]}…"
             ax.text(
@@ -200,6 +200,6 @@ def _words(rows: pd.DataFrame) -> str:
         return f"{total}; no step lowers it"
     best = step.iloc[0]
     return (
-        f"{total}\n{best.knob.replace('_', ' ')} {best.value} to {best.step_to}: "
+        f"{total}\n{best.parameter.replace('_', ' ')} {best.value} to {best.step_to}: "
         f"{best.error_after:.2g} for {best.seconds_more:+.1f} s"
     )

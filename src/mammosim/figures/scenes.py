@@ -16,7 +16,7 @@ LEAST, MOST = 1e-3, 1e1  # of the tolerance, that the colours span
 def effects(table: pd.DataFrame) -> Figure:
     """A cell per effect and answer: change without it over its tolerance; framed what is kept.
 
-    table: rows of study.scenes.screening. Dark: no answer without it. A dash: the effect does not act on it,
+    table: of study.scenes.screening. Dark: no answer without it. A dash: the effect does not act on it,
     or what is asked means nothing without it.
     """
     answers = list(table[["scene", "quantity"]].drop_duplicates().itertuples(index=False, name=None))
@@ -51,7 +51,7 @@ def _mark(ax: Axes, place: tuple[int, int], row: pd.Series) -> None:
 def scenes(table: pd.DataFrame) -> Figure:
     """How far the screened answers are from the full ones, and the processor time of both.
 
-    table: rows of study.scenes.summary.
+    table: study.scenes.answers.rows.
     """
     figure = new_figure(1.3 + 0.26 * len(table))
     apart, time = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))

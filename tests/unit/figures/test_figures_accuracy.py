@@ -1,4 +1,4 @@
-"""The figures of accuracy draw every knob, mark today's setting, and bear an error of zero on a log axis."""
+"""Figures of accuracy draw every parameter, mark today's setting, and show an error of zero on a log axis."""
 
 import numpy as np
 import pandas as pd
@@ -14,30 +14,24 @@ from mammosim.study.accuracy.errors import orders
 
 @pytest.fixture
 def table():
-    """Five knobs with four values each, of second order, in two quantities."""
+    """Five parameters with four values each, of second order, in two quantities."""
     rows = []
-    for number, knob in enumerate(
-        ("element_size", "newton_tolerance", "voxels", "dose_photons", "contact_depth")
-    ):
+    names = ("element_size", "newton_tolerance", "voxels", "dose_photons", "contact_depth")
+    for number, parameter in enumerate(names):
         for place, h in enumerate((8.0, 4.0, 2.0, 1.0)):
             for quantity, scale in (("nipple_mm", 0.1), ("agd_percent", 1.0)):
                 distance, left = scale * (h**2 - 1) * 3.0**-number, scale * (number % 2) * 3.0**-number
                 error = distance + left
-                about = {"stage": "mesh", "knob": knob, "value": f"{h:g}", "quantity": quantity, "size": h}
-                about |= {
-                    "error": error,
-                    "distance": distance,
-                    "left": left,
-                    "noise": 0.02 * error,
-                    "seconds": 40 / h**2,
-                    "seconds_spread": 1 / h**2,
-                }
-                about |= {"today": place == 2, "reference": place == 3, "random": False, "outcome": "ok"}
-                rows.append(about | {"memory_mb": 300.0, "repeats": 2, "settings": "{}"})
-    return pd.DataFrame(rows)
+                about = {"stage": "mesh", "parameter": parameter, "value": f"{h:g}", "size": h}
+                about |= {"error": error, "distance": distance, "left": left, "noise": 0.02 * error}
+                about |= {"seconds": 40 / h**2, "seconds_spread": 1 / h**2}
+                about |= {"today": place == 2, "reference": place == 3, "quantity": quantity}
+                rows.append(about)
+    same = {"stochastic": False, "outcome": "converged", "memory_mb": 300.0, "repeats": 2, "settings": "{}"}
+    return pd.DataFrame(rows).assign(**same)
 
 
-def test_every_knob_is_a_picture_with_todays_setting_marked(table):
+def test_every_parameter_is_a_picture_with_todays_setting_marked(table):
     figure = figures.accuracy(table, "agd_percent")
     titled = [ax for ax in figure.axes if ax.get_title(loc="left")]
     assert len(titled) == 5
@@ -48,13 +42,13 @@ def test_every_knob_is_a_picture_with_todays_setting_marked(table):
         assert np.all(heights > 0), "a reference is drawn, also where its error is zero"
 
 
-def test_a_knob_of_which_nothing_can_be_said_is_left_out(table):
-    table.loc[table.knob == "voxels", "error"] = np.nan
+def test_a_parameter_of_which_nothing_can_be_said_is_left_out(table):
+    table.loc[table.parameter == "voxels", "error"] = np.nan
     figure = figures.accuracy(table, "nipple_mm")
     assert "voxels" not in [ax.get_title(loc="left") for ax in figure.axes]
 
 
-def test_orders_and_budget_name_every_knob_and_quantity(table):
+def test_orders_and_budget_name_every_parameter_and_quantity(table):
     names = [label.get_text() for label in figures.orders(orders(table)).axes[0].get_yticklabels()]
     assert len(names) == 10
     assert "element size: nipple_mm" in names
@@ -78,8 +72,5 @@ def test_the_page_has_a_caption_for_every_quantity(repository):
 
 
 def test_a_unit_stands_in_the_name():
-    assert [figures.unit_of(name) for name in ("force_n", "d_percent", "scatter_to_primary")] == [
-        "N",
-        "%",
-        "-",
-    ]
+    units = [figures.unit_of(name) for name in ("force_n", "d_percent", "scatter_to_primary")]
+    assert units == ["N", "%", "-"]

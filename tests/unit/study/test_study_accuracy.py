@@ -7,30 +7,29 @@ import pytest
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.accuracy.error_budget import budget
 from mammosim.study.accuracy.errors import accuracy, on_front, orders, slope
+from mammosim.study.accuracy.trial import ANSWERS
 
 SIZES = (8.0, 4.0, 2.0, 1.0)
-NAMELESS = (np.nan, np.nan)  # of a knob whose reference is exact by definition
+NAMELESS = (np.nan, np.nan)  # of a parameter whose reference is exact by definition
 
 
-def _rows(knob, quantity, answers, *, seconds, random=False, sizes=None, today=1):
+def _rows(parameter, quantity, answers, *, seconds, stochastic=False, sizes=None, today=1):
     """Rows of trials: answers (n_value, n_repeat) or (n_value, n_repeat, 3)."""
     found = []
     for number, repeats in enumerate(answers):
+        about = {"value": f"v{number}", "size": (sizes or SIZES)[number], "seconds": seconds[number]}
+        about |= {
+            "today": number == today,
+            "reference": number == len(answers) - 1,
+            "memory_mb": 300.0 + number,
+        }
+        about |= {"stage": "xray", "parameter": parameter, "quantity": quantity, "stochastic": stochastic}
+        about |= {"outcome": "converged", "settings": f'{{"a": {number}}}'}
         for repeat, answer in enumerate(repeats):
             numbers = np.pad(
                 np.atleast_1d(answer).astype(float), (0, 3 - np.size(answer)), constant_values=np.nan
             )
-            found.append(
-                {"stage": "xray", "knob": knob, "value": f"v{number}", "quantity": quantity, "repeat": repeat}
-                | dict(zip(("answer_1", "answer_2", "answer_3"), numbers))
-                | {"seconds": seconds[number], "memory_mb": 300.0 + number, "random": random, "outcome": "ok"}
-                | {
-                    "size": (sizes or SIZES)[number],
-                    "today": number == today,
-                    "settings": f'{{"a": {number}}}',
-                }
-                | {"reference": number == len(answers) - 1}
-            )
+            found.append(about | {"repeat": repeat} | dict(zip(ANSWERS, numbers)))
     return pd.DataFrame(found)
 
 
@@ -75,17 +74,17 @@ def test_without_an_order_the_finest_is_as_far_off_as_others_and_none_beyond_the
     np.testing.assert_allclose(two.left, 0.5)
 
 
-def test_chance_and_a_knob_without_sizes_leave_nothing_to_extrapolate():
+def test_a_stochastic_parameter_and_one_without_sizes_leave_nothing_to_extrapolate():
     nameless = _rows("method", "force_n", [[5.5], [5.0]], seconds=[1, 2], sizes=NAMELESS)
     assert (accuracy(nameless).left == 0).all()
-    random = _rows("photons", "force_n", [[5.5, 5.4], [5.0, 5.1]], seconds=[1, 2], random=True)
-    assert (accuracy(random).left == 0).all()
+    photons = _rows("photons", "force_n", [[5.5, 5.4], [5.0, 5.1]], seconds=[1, 2], stochastic=True)
+    assert (accuracy(photons).left == 0).all()
 
 
-def test_the_error_of_a_random_knob_is_its_scatter_and_the_bias_that_stands_above_the_noise():
+def test_the_error_of_a_stochastic_parameter_is_its_scatter_and_the_bias_that_stands_above_the_noise():
     rng = np.random.default_rng(1)
     v, r = 10 + 0.3 + 0.2 * rng.standard_normal(400), 10 + 0.1 * rng.standard_normal(400)
-    table = accuracy(_rows("photons", "force_n", [v, r], seconds=[1, 4], random=True))
+    table = accuracy(_rows("photons", "force_n", [v, r], seconds=[1, 4], stochastic=True))
     # sqrt(0.2^2 + 0.3^2) and 0.1, with the standard errors of 400 draws
     assert table.error[0] == pytest.approx(0.36, abs=0.03)
     assert table.error[1] == pytest.approx(0.1, abs=0.015)
@@ -112,49 +111,47 @@ def test_an_order_that_one_point_leaves_open_is_no_number():
     assert np.isnan(error)
 
 
-def test_what_was_refused_has_no_error_and_says_why():
+def test_what_failed_has_no_error_and_says_why():
     rows = _second_order()
-    rows.loc[rows.value == "v0", "outcome"] = "refused: it slides away"
+    rows.loc[rows.value == "v0", "outcome"] = "failed: it slides away"
     table = accuracy(rows)
     assert np.isnan(table.error[0])
-    assert table.outcome[0] == "refused: it slides away"
+    assert table.outcome[0] == "failed: it slides away"
     assert table.distance[1] == pytest.approx(16, rel=1e-4)
 
 
 @pytest.mark.parametrize("quantity", ["force_n", "nipple_mm"])
-def test_where_the_finest_is_refused_the_next_is_the_reference(quantity):
+def test_where_the_finest_fails_the_next_is_the_reference(quantity):
     answers = [[5.0], [3.0], [2.0]] if quantity == "force_n" else [[h * np.ones(3)] for h in (5.0, 3.0, 2.0)]
     rows = _rows("element", quantity, answers, seconds=[1, 2, 3], sizes=(4, 2, 1), today=0)
     finest = rows.value == "v2"
-    rows.loc[finest, "outcome"] = "refused: it slides away"
-    rows.loc[finest, ["answer_1", "answer_2", "answer_3"]] = np.nan
+    rows.loc[finest, "outcome"] = "failed: it slides away"
+    rows.loc[finest, list(ANSWERS)] = np.nan
     table = accuracy(rows)
     assert list(table.reference) == [False, True, False]
     assert table.distance[0] == pytest.approx(2 if quantity == "force_n" else 2 * np.sqrt(3))
     assert np.isnan(table.error[2])
-    assert list(budget(table).knob) == ["element"]
+    assert list(budget(table).parameter) == ["element"]
 
 
 def test_a_value_that_is_alone_has_no_error():
     rows = _second_order(today=3)
-    rows.loc[~rows.reference, "outcome"] = "refused: it slides away"
+    rows.loc[~rows.reference, "outcome"] = "failed: it slides away"
     assert accuracy(rows).error.isna().all(), "zero would call it exact"
 
 
-def test_where_all_is_refused_there_is_no_budget():
+def test_where_all_fails_there_is_no_budget():
     rows = _second_order()
-    rows["outcome"] = "refused: it slides away"
-    rows[["answer_1", "answer_2", "answer_3"]] = np.nan
+    rows["outcome"] = "failed: it slides away"
+    rows[list(ANSWERS)] = np.nan
     table = accuracy(rows)
     assert table.error.isna().all()
     assert budget(table).empty
 
 
-def test_a_knob_without_its_reference_is_refused():
+def test_a_parameter_without_its_reference_is_rejected():
     rows = _second_order()
-    with pytest.raises(
-        ConfigurationError, match="the knob element lacks the row of its reference for force_n"
-    ):
+    with pytest.raises(ConfigurationError, match="element lacks the row of its reference for force_n"):
         accuracy(rows[~rows.reference])
 
 
@@ -167,7 +164,7 @@ def test_the_front_is_what_nothing_beats():
 def test_shares_are_those_of_the_squares_and_the_largest_limits():
     other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=NAMELESS, today=0)
     found = budget(accuracy(pd.concat([_second_order(), other])))
-    assert list(found.knob) == ["element", "photons"]
+    assert list(found.parameter) == ["element", "photons"]
     np.testing.assert_allclose(found.share_percent, [64, 36])
     np.testing.assert_allclose(found.total_error, 20)
     assert list(found.limits) == [True, False]
@@ -177,7 +174,7 @@ def test_the_next_second_goes_where_the_error_falls_most_per_second():
     # element: 4 -> 2 mm takes 16/8 - 16/64 = 1.75 s more and leaves sqrt(12^2 + 4^2);
     # photons: 12 -> 0 takes 1 s more and leaves 16, 4 N per s.
     other = _rows("photons", "force_n", [[5 + 12.0], [5.0]], seconds=[1, 2], sizes=NAMELESS, today=0)
-    found = budget(accuracy(pd.concat([_second_order(), other]))).set_index("knob")
+    found = budget(accuracy(pd.concat([_second_order(), other]))).set_index("parameter")
     assert found.step_to["element"] == "v2"
     assert found.error_after["element"] == pytest.approx(np.hypot(12, 4))
     assert found.seconds_more["element"] == pytest.approx(1.75)
@@ -198,8 +195,8 @@ def test_a_reference_has_no_step_left():
     assert found.limits.all(), "what it leaves"
 
 
-def test_a_budget_without_todays_value_is_refused():
+def test_a_budget_without_todays_value_is_rejected():
     rows = _second_order()
     rows["today"] = False
-    with pytest.raises(ConfigurationError, match="today's value of the knob element has no error of force_n"):
+    with pytest.raises(ConfigurationError, match="of the parameter element has no error of force_n"):
         budget(accuracy(rows))

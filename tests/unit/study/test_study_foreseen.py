@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import yaml
 
+from mammosim.core.errors import ConfigurationError
 from mammosim.io.tabulated import tabulated
-from mammosim.study.jobs.foreseen import foreseen
+from mammosim.study.jobs.foreseen import Study, Until, foreseen
 
 CONFIG = Path(__file__).parents[3] / "config"
 
@@ -22,21 +23,26 @@ def study():
     return copy.deepcopy((settings, strategies, systems))
 
 
+def said(settings, strategies, systems):
+    ends = {name: Until.of(strategy) for name, strategy in strategies.items()}
+    return foreseen(Study.of(settings), ends, systems)
+
+
 def test_nothing_of_the_published_study_is_bound_to_fail(study):
-    assert foreseen(*study) == []
+    assert said(*study) == []
 
 
 def test_a_beam_that_no_machine_has_is_named(study):
     settings, strategies, systems = study
     settings["xray"]["effects"].remove("paddle")
-    (words,) = foreseen(settings, strategies, systems)
+    (words,) = said(settings, strategies, systems)
     assert words.endswith("as they are with the paddle, since xray.effects lacks paddle")
 
 
 def test_a_strategy_that_no_woman_can_bear_is_named(study):
     settings, strategies, systems = study
     strategies["squash"] = {"until": {"thickness_share": 0.3}}
-    (small, large) = foreseen(settings, strategies, systems)
+    (small, large) = said(settings, strategies, systems)
     assert "squash would press small to 13.5 mm, and compression.smallest_mm is 20" in small
     assert "large to 18 mm" in large
 
@@ -44,7 +50,7 @@ def test_a_strategy_that_no_woman_can_bear_is_named(study):
 def test_a_pressure_that_is_not_stated_for_a_set_of_moduli_is_named(study):
     settings, strategies, systems = study
     strategies["pressure"] = {"until": {"pressure_kpa": {"gravity": 0.6}}}
-    assert foreseen(settings, strategies, systems) == [
+    assert said(settings, strategies, systems) == [
         "the strategy pressure states no pressure_kpa for the moduli compression"
     ]
 
@@ -52,12 +58,34 @@ def test_a_pressure_that_is_not_stated_for_a_set_of_moduli_is_named(study):
 def test_a_system_that_lacks_a_key_is_named(study):
     settings, strategies, systems = study
     systems["hologic"]["pixel_mm"] = np.nan
-    (words,) = foreseen(settings, strategies, systems)
+    (words,) = said(settings, strategies, systems)
     assert words == "the system hologic lacks pixel_mm, so that it makes no slices"
 
 
 def test_a_detector_smaller_than_the_plates_is_named(study):
     settings, strategies, systems = study
     settings["xray"]["field_mm"]["width"] = 100.0
-    (words,) = foreseen(settings, strategies, systems)
+    (words,) = said(settings, strategies, systems)
     assert "xray.field_mm.width = 100 holds no breast as wide as the plates" in words
+
+
+@pytest.mark.parametrize(
+    ("group", "key", "value", "words"),
+    [
+        ("compression", "smallest_mm", float("nan"), "compression.smallest_mm = nan is not a finite number"),
+        ("compression", "smallest_mm", -1.0, "compression.smallest_mm = -1 is outside"),
+        ("compression", "moduli", "gravity", "compression.moduli = 'gravity'"),
+        ("xray", "source_to_detector_mm", "650", "xray.source_to_detector_mm = '650'"),
+        ("xray", "source_to_detector_mm", 30.0, "xray.source_to_detector_mm = 30 leaves no room"),
+    ],
+)
+def test_settings_of_which_nothing_can_be_foreseen_are_rejected_by_their_path(
+    study, group, key, value, words
+):
+    settings = study[0]
+    settings[group][key] = value
+    with pytest.raises(ConfigurationError, match=words):
+        Study.of(settings)
+    del settings[group][key]
+    with pytest.raises(ConfigurationError, match=f"no setting '{group}.{key}'; known beside it"):
+        Study.of(settings)

@@ -1,9 +1,9 @@
-"""What is kept of a model whose answers are known: additive, with two that matter only together, refused."""
+"""What is kept of a model whose answers are known: additive, with effects that matter together, with none."""
 
 import numpy as np
 import pytest
 
-from mammosim.core.errors import MechanicsError
+from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.study.scenes.screening import COLUMNS, Answer, Rule, Screening
 
 SIZES = {"large": 3.0, "middle": 0.2, "small": 0.05, "tiny": 0.01}
@@ -80,7 +80,7 @@ def test_added_to_what_is_left_an_effect_of_an_additive_model_does_what_leaving_
 def test_without_an_answer_an_effect_is_kept_for_that_reason():
     def slides(effects, reference):
         if "tiny" not in effects:
-            return Answer({}, 1.0, refusal="it slides away")
+            return Answer({}, 1.0, failure="it slides away")
         return additive(effects, reference)
 
     table = screening(slides).tables()[0].set_index("effect")
@@ -102,9 +102,9 @@ def test_what_is_needed_is_kept_untried():
 
 def test_a_full_model_without_an_answer_is_said():
     with pytest.raises(
-        MechanicsError, match=r"scene scene: the full model is refused .*: it slides away; screen on"
+        MechanicsError, match=r"scene scene: the full model has no answer .*: it slides away; screen on"
     ):
-        screening(lambda *_: Answer({}, 1.0, refusal="it slides away")).tables()
+        screening(lambda *_: Answer({}, 1.0, failure="it slides away")).tables()
 
 
 def test_rows_hold_change_tolerance_and_the_seconds_that_leaving_it_out_saves():
@@ -114,13 +114,13 @@ def test_rows_hold_change_tolerance_and_the_seconds_that_leaving_it_out_saves():
     assert (row.change, row.tolerance, row.seconds) == (0.2, 1.0, 1.0)
 
 
-def test_a_change_within_its_noise_is_told():
+def test_a_change_within_its_noise_is_said_to_be_insignificant():
     def noisy(effects, reference):
         return Answer(additive(effects, reference).changes, 1.0, {"q": 0.12})
 
     reasons = screening(noisy).tables()[0].set_index("effect").reason
-    assert "not told from noise" in reasons["middle"]
-    assert "not told from noise" not in reasons["large"]
+    assert "not significant" in reasons["middle"]
+    assert "not significant" not in reasons["large"]
 
 
 def test_an_effect_that_the_noise_could_hide_is_kept():
@@ -141,3 +141,17 @@ def test_the_worst_of_several_answers_decides():
     table, _ = both.tables()
     assert set(table.effect[table.included]) == {"large", "tiny"}
     assert len(table) == 2 * len(SIZES)
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        ({"part": 0.0}, "part = 0 is outside"),
+        ({"joint_part": float("nan")}, "joint_part = nan is not a finite number"),
+        ({"pairs": -1}, "pairs = -1 is outside"),
+        ({"pairs": 1.5}, "pairs = 1.5"),
+    ],
+)
+def test_a_rule_that_decides_nothing_is_rejected(rule, words):
+    with pytest.raises(ConfigurationError, match=words):
+        Rule(**rule)

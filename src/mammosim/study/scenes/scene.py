@@ -1,13 +1,14 @@
 """A scene: one question about one breast, with its load, what is asked how accurately, and its effects."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Literal
 
 from mammosim.chain.graph import upstream
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.chain.stages import STAGES, effects_on
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.settings import Positive, Settings, read
 
 # Every effect that a product of a scene may have, in words.
 EFFECTS: Mapping[str, str] = {
@@ -40,52 +41,72 @@ LOADS = {"load.position": "position", "load.strategy": "strategy"}
 
 
 @dataclass(frozen=True)
-class Scene:
-    """asked: quantity -> tolerance in its unit; effects: names, or AUTO; also: of EQUIPMENT and DEAR.
+class Load(Settings):
+    """What a breast is exposed to: the position that it hangs in, the strategy that presses it, or both."""
 
-    load: position and strategy (its name), either or both; accuracy: a preset's name, or quantity -> error.
+    position: str | None = None
+    strategy: str | None = None
+
+    @property
+    def stated(self) -> dict[str, str]:
+        """Those of them that a scene states."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Scene(Settings):
+    """asked: quantity -> tolerance in its unit; effects: names, None where a screening is to find them.
+
+    volunteer, side, tissues: whose breast, of what; also: of EQUIPMENT and DEAR; accuracy: a preset's name;
+    errors: in its place, quantity -> the largest numerical error.
     Raises ConfigurationError for names that mean nothing, and for a question that its load cannot answer.
     """
 
     name: str
-    load: Mapping[str, str]
-    asked: Mapping[str, float]
-    effects: str | tuple[str, ...]
+    volunteer: str
+    side: Literal["left", "right"]
+    tissues: str
+    load: Load
+    asked: Mapping[str, Positive]
+    effects: tuple[str, ...] | None
     also: tuple[str, ...] = ()
-    accuracy: str | Mapping[str, float] = "standard"
+    accuracy: str = "standard"
+    errors: Mapping[str, Positive] | None = None
 
     def __post_init__(self) -> None:
-        self._refuse_unknown("quantity", self.asked, QUANTITIES)
-        listed = () if self.effects == AUTO else self.effects
-        self._refuse_unknown("effect", listed, EFFECTS)
-        self._refuse_unknown("effect of `also`", self.also, EQUIPMENT | DEAR)
+        super().__post_init__()
+        listed = self.effects or ()
+        self._require_known("quantity", self.asked, QUANTITIES)
+        self._require_known("effect", listed, EFFECTS)
+        self._require_known("effect of `also`", self.also, EQUIPMENT | DEAR)
         for quantity in self.asked:
             for product in QUANTITIES[quantity].products:
                 self._require_load(quantity, product)
             lacking = set(QUANTITIES[quantity].means_with) - set(listed)
-            if self.effects != AUTO and lacking:
+            if self.effects is not None and lacking:
                 raise ConfigurationError(
-                    f"scene {self.name}: {quantity} means nothing without {', '.join(lacking)}; "
-                    "add it to effects"
+                    f"{quantity} means nothing without {', '.join(lacking)}; add it to effects"
                 )
 
     @classmethod
-    def of(cls, name: str, values: Mapping[str, Any]) -> "Scene":
-        """Of the values of its file."""
-        effects = values["effects"] if values["effects"] == AUTO else tuple(values["effects"])
-        return cls(
-            name,
-            values["load"],
-            values["asked"],
-            effects,
-            tuple(values.get("also", ())),
-            values.get("accuracy", "standard"),
-        )
+    def of(cls, name: str, values: Mapping[str, object]) -> "Scene":
+        """Of the values of its file, where effects may be AUTO and accuracy a preset or errors."""
+        given = {key: value for key, value in values.items() if key != "title"} | {"name": name}
+        if given.get("effects") == AUTO:
+            given["effects"] = None
+        if isinstance(given.get("accuracy"), Mapping):
+            given["errors"] = given.pop("accuracy")
+        return read(cls, given, f"scene {name}")
+
+    @property
+    def wanted(self) -> str | Mapping[str, float]:
+        """How accurate its answer is to be: the preset, or the errors in its place."""
+        return self.accuracy if self.errors is None else self.errors
 
     @property
     def full(self) -> frozenset[str]:
         """Every effect that acts on what is asked, of EQUIPMENT and DEAR only those that are named."""
-        named = set(self.also) | (set() if self.effects == AUTO else set(self.effects))
+        named = {*self.also, *(self.effects or ())}
         return effects_on(products_of(self.asked)) - ((EQUIPMENT | DEAR) - named)
 
     @property
@@ -101,7 +122,7 @@ class Scene:
         """
         if model == "full":
             return self.full
-        if self.effects != AUTO:
+        if self.effects is not None:
             return frozenset(self.effects) & self.full
         if screening is None:
             raise ConfigurationError(f"scene {self.name} was not screened; make its screening first")
@@ -110,18 +131,16 @@ class Scene:
             raise ConfigurationError(f"scene {self.name} was not screened; make its screening again")
         return frozenset(row["effect"] for row in rows if row["included"] == "True")
 
-    def _refuse_unknown(self, what: str, names: Iterable[str], known: Collection[str]) -> None:
+    def _require_known(self, what: str, names: Iterable[str], known: Collection[str]) -> None:
         if unknown := [name for name in names if name not in known]:
-            raise ConfigurationError(
-                f"scene {self.name}: no {what} {unknown[0]!r}; choose among: {', '.join(sorted(known))}"
-            )
+            raise ConfigurationError(f"no {what} {unknown[0]!r}; choose among: {', '.join(sorted(known))}")
 
     def _require_load(self, quantity: str, product: str) -> None:
         reads = {name for each in (*upstream(STAGES, product), product) for name in STAGES[each].reads}
         for setting, key in LOADS.items():
-            if setting in reads and key not in self.load:
+            if setting in reads and key not in self.load.stated:
                 raise ConfigurationError(
-                    f"scene {self.name}: {quantity} needs a {key} in its load, such as "
+                    f"{quantity} needs a {key} in its load, such as "
                     f"{'upright' if key == 'position' else 'standard'}; add it, or do not ask for {quantity}"
                 )
 

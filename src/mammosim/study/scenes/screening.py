@@ -8,35 +8,37 @@ by its change over its tolerance; the largest of a scene's answers counts.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import MechanicsError
+from mammosim.core.settings import Limits, Positive, Settings
 
 COLUMNS = ["scene", "effect", "quantity", "change", "noise", "tolerance", "seconds", "included", "reason",
            "change_added"]  # fmt: skip
-TOLD = 2.0  # standard errors that a change is told from noise by
+SIGNIFICANCE = 2.0  # standard errors that a significant change exceeds
 # How several effects were tried: two left out, all left out, one added to what is kept.
 PAIR, TOGETHER, ADDED = "pair", "together", "added"
-JOINT = ["scene", "tried", "effects", "quantity", "change", "tolerance", "refusal"]
+JOINT = ["scene", "tried", "effects", "quantity", "change", "tolerance", "failure"]
 
 
 @dataclass(frozen=True)
 class Answer:
     """changes: of each asked quantity against another model, in its unit; noise: their standard errors.
 
-    seconds: what it took; refusal: why there is none.
+    seconds: what it took; failure: why there is none.
     """
 
     changes: Mapping[str, float]
     seconds: float
     noise: Mapping[str, float] = field(default_factory=dict)
-    refusal: str = ""
+    failure: str = ""
 
     def moved(self, tolerance: Mapping[str, float]) -> float:
         """The largest change over its tolerance; infinite where there is no answer."""
-        return np.inf if self.refusal else max(self.changes[q] / t for q, t in tolerance.items())
+        return np.inf if self.failure else max(self.changes[q] / t for q, t in tolerance.items())
 
     def worst(self, tolerance: Mapping[str, float]) -> str:
         """The quantity that moved most."""
@@ -44,15 +46,15 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Rule:
+class Rule(Settings):
     """part: of a tolerance that an effect may move an answer and still be left out; joint_part: all together.
 
     pairs: how many of the most important effects left out are tried in pairs.
     """
 
-    part: float = 0.25
-    joint_part: float = 0.5
-    pairs: int = 3
+    part: Positive = 0.25
+    joint_part: Positive = 0.5
+    pairs: Annotated[int, Limits(at_least=0)] = 3
 
 
 Answers = Callable[[frozenset[str], frozenset[str]], Answer]
@@ -79,9 +81,9 @@ class Screening:
         Raises MechanicsError where the full model itself has no answer.
         """
         whole = self.answers(self.full, self.full)
-        if whole.refusal:
+        if whole.failure:
             raise MechanicsError(
-                f"scene {self.scene}: the full model is refused on the coarse mesh: {whole.refusal}; "
+                f"scene {self.scene}: the full model has no answer on the coarse mesh: {whole.failure}; "
                 "screen on a finer preset (scenes.coarse), or list the effects"
             )
         alone = {e: self.answers(self.full - {e}, self.full) for e in sorted(self.full - self.needed)}
@@ -104,8 +106,8 @@ class Screening:
     def _judge_alone(self, alone: Mapping[str, Answer]) -> None:
         for effect, answer in alone.items():
             moved = answer.moved(self.tolerance)
-            if answer.refusal:
-                self._keep({effect}, f"without it there is no answer: {answer.refusal}")
+            if answer.failure:
+                self._keep({effect}, f"without it there is no answer: {answer.failure}")
             elif moved > self.rule.part:
                 self._keep({effect}, f"without it {self._words(answer)}")
             elif self._lost_in_noise(answer):
@@ -152,32 +154,32 @@ class Screening:
         for q, tolerance in self.tolerance.items():
             change = answer.changes.get(q, np.nan)
             self.joint.append(
-                (self.scene, how, ", ".join(sorted(which)), q, change, tolerance, answer.refusal)
+                (self.scene, how, ", ".join(sorted(which)), q, change, tolerance, answer.failure)
             )
         return answer
 
     def _why(self, answer: Answer) -> str:
-        return answer.refusal or self._words(answer)
+        return answer.failure or self._words(answer)
 
     def _lost_in_noise(self, answer: Answer) -> bool:
         """Whether the noise of an answer that moved could hide what an effect is kept for."""
         return any(
-            answer.changes[q] > 0 and TOLD * answer.noise.get(q, 0.0) > self.rule.part * tolerance
+            answer.changes[q] > 0 and SIGNIFICANCE * answer.noise.get(q, 0.0) > self.rule.part * tolerance
             for q, tolerance in self.tolerance.items()
         )
 
     def _words(self, answer: Answer) -> str:
         q = answer.worst(self.tolerance)
         change, noise = answer.changes[q], answer.noise.get(q, 0.0)
-        told = f" (standard error {noise:.2g}: not told from noise)" if 0 < change < TOLD * noise else ""
-        return f"{q} moves by {change:.2g}{told}, {change / self.tolerance[q]:.2g} of its tolerance"
+        noisy = f" (standard error {noise:.2g}: not significant)" if 0 < change < SIGNIFICANCE * noise else ""
+        return f"{q} moves by {change:.2g}{noisy}, {change / self.tolerance[q]:.2g} of its tolerance"
 
     def _rows(
         self, effect: str, answer: Answer | None, whole_s: float, added: Answer | None
     ) -> Iterator[tuple]:
         for q, tolerance in self.tolerance.items():
             change, noise, saved = np.nan, np.nan, np.nan
-            if answer is not None and not answer.refusal:
+            if answer is not None and not answer.failure:
                 change, noise = answer.changes[q], answer.noise.get(q, 0.0)
                 saved = whole_s - answer.seconds
             included, reason = effect in self.included, self.reasons[effect]
