@@ -16,11 +16,6 @@ def tissue_table(name):
     return table
 
 
-def tissue_files():
-    """Names of the files of config/tissues, of the study and of the folder where it runs."""
-    return sorted({file.stem for folder in (HOME, Path()) for file in (folder / "config/tissues").glob("*.yaml")})
-
-
 def volunteer_table(file):
     """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position.
 

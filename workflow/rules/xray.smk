@@ -9,7 +9,6 @@ GEOMETRY = {
 }
 
 
-known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 if workflow.is_main_process:
     for words in foreseen(config, STRATEGIES, imaging_systems()):
         logger.warning(f"A result will be missing, as it seems: {words}.")
