@@ -1,7 +1,8 @@
 """Check files of settings as a run would, by file, key and line: `python tools/check_config.py mine.yaml`.
 
 A dry run says the same of all but what is no YAML at all: snakemake reads `--configfile` first, and does not
-say which file it is, or where. Later files are laid over earlier ones, and all over config/default.yaml.
+say which file it is, or where. Only a dry run looks for the files that settings name.
+Later files are laid over earlier ones, and all over config/default.yaml.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 # What accuracy costs in time, on demand. One job per value of a knob: adding one runs one.
 from mammosim.study.accuracy.knobs import knobs
 
-ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]])
+ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]], known=KNOWN)
 TRIED = ACCURACY["volunteer"]  # the volunteer
 known_strategies([ACCURACY["load"]["strategy"]], WAYS, config["accuracy"])
 TRIED_PLACES = {"v": TRIED, "side": ACCURACY["side"], "moduli": "gravity"} | ACCURACY["load"]

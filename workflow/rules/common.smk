@@ -70,17 +70,30 @@ def checked_overrides(values, file):
 
 
 def known_names():
-    """Names that settings may choose from and that stand in files."""
+    """Names that settings may choose from and that stand in files, whatever else is wrong with the settings."""
     tissues, scenes, accuracies = (stems(f"config/{folder}") for folder in ("tissues", "scenes", "accuracy"))
+    strategies, recovery, table = map(file_of, ("compression.strategies_file", "recovery", "volunteer_table"))
+    women = [place[-1] for place, _ in relations.entries(config, "digital.women.*")]
+    seeds = [seed for _, seed in relations.entries(recovery and read_yaml(recovery), "seeds.*")]
+    made = [f"made_{seed:02d}" for seed in seeds if isinstance(seed, int)]
     found = {
+        relations.WOMEN: women,
         relations.TISSUES: tissues,
         relations.MODULI: ["gravity", *tissues],
         relations.SCENES: scenes,
         relations.ACCURACIES: ["study", *(name for name in accuracies if not name.startswith("knobs"))],
     }
-    for _, file in relations.entries(config, "compression.strategies_file"):
-        found[relations.STRATEGIES_FILE] = list(read_yaml(file) or []) if isinstance(file, str) else []
+    if strategies:
+        found[relations.STRATEGIES] = list(read_yaml(strategies) or [])
+    if table and Path(home(table)).is_file():
+        listed = [row["volunteer"] for row in read_plain(home(table)) if "volunteer" in row]
+        found[relations.VOLUNTEERS] = list(dict.fromkeys([*listed, *women, *made]))
     return found
+
+
+def file_of(setting):
+    """The file that a setting names, None where it is no text."""
+    return next((file for _, file in relations.entries(config, setting) if isinstance(file, str)), None)
 
 
 def stems(folder):

@@ -55,7 +55,7 @@ def positions(volunteer):
     return [position for name, position in VOLUNTEERS if name == volunteer]
 
 
-RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]])
+RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]
 VOLUNTEERS = volunteer_table(config["volunteer_table"])

@@ -73,6 +73,10 @@ def advice(error: ValidationError) -> Iterator[tuple[Place, str]]:
     elif error.validator == "required":
         absent = sorted(set(error.validator_value) - set(error.instance))
         yield place, f"{dotted(place)} lacks {', '.join(absent)}; add it, or take it from config/default.yaml"
+    elif "propertyNames" in error.absolute_schema_path:
+        hint = _hint(place, error.instance, schema)
+        must = "; ".join(filter(None, (f"must be {limits(schema)}", hint)))
+        yield (*place, error.instance), f"{dotted(place)} has no key {error.instance!r}: {must}"
     elif error.validator == "contains":
         yield place, f"{dotted(place)} lacks {error.validator_value['const']!r}, which is needed; add it"
     else:
@@ -123,7 +127,7 @@ def limits(schema: Schema) -> str:
     for either in ("oneOf", "anyOf"):
         if either in schema:
             return " or ".join(limits(each) for each in schema[either])
-    types = schema.get("type", ())
+    types = schema.get("type", "string" if "pattern" in schema else ())
     kind = (
         " or ".join(TYPES[each] for each in ([types] if isinstance(types, str) else types))
         or "something else"

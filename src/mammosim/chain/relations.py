@@ -47,76 +47,61 @@ def _at_most(value: Any, limit: Any, other: str) -> str:
 
 
 def _rising(value: Any, _: Any, other: str) -> str:
-    return (
-        ""
-        if all(low < high for low, high in pairwise(value))
-        else "each number must be more than the one before"
-    )
+    rises = all(low < high for low, high in pairwise(value))
+    return "" if rises else "each number must be more than the one before"
 
 
 def _falling(value: Any, _: Any, other: str) -> str:
-    return (
-        ""
-        if all(high > low for high, low in pairwise(value))
-        else "each number must be less than the one before"
-    )
+    falls = all(high > low for high, low in pairwise(value))
+    return "" if falls else "each number must be less than the one before"
 
 
 def _distinct(value: Any, _: Any, other: str) -> str:
     return "" if len(set(value)) == len(value) else "its entries must differ"
 
 
+# Names that stand in no setting, but in files: what `known` of `unmet` gives.
+STRATEGIES = "the file of compression.strategies_file"
+TISSUES = "config/tissues"
+MODULI = "gravity and config/tissues"
+SCENES = "config/scenes"
+ACCURACIES = "study and config/accuracy"
+VOLUNTEERS = "volunteer_table and the digital volunteers"
+WOMEN = "digital.women"
+METHODS = "mechanics.stress_free.methods"
+PRESSED = "compression.strategies"
+SEGMENTED = "segmentation.positions"
+
+WRITE, TAKE = "write such a file, or leave it out", "write such a file, or take one of these"
 ORDER = "put the lowest first"
-STRATEGIES_FILE, TISSUES, SCENES = (
-    "the file of compression.strategies_file",
-    "config/tissues",
-    "config/scenes",
-)
-MODULI, ACCURACIES = (
-    f"gravity and {TISSUES}",
-    "study and config/accuracy",
-)  # names that are known beside the settings
 # Schema -> relations between the keys of such a file.
 RELATIONS: Mapping[str, tuple[Relation, ...]] = {
     "config": (
-        Relation("reference_position", _among, "segmentation.positions", "segment it, too"),
-        Relation("mechanics.stress_free.position", _among, "segmentation.positions", "segment it, too"),
-        Relation(
-            "mechanics.stress_free.default",
-            _among,
-            "mechanics.stress_free.methods",
-            "add it, or take one of these",
-        ),
-        Relation("tissues", _among, TISSUES, "write such a file, or take one of these"),
-        Relation("digital.tissues", _among, TISSUES, "write such a file, or take one of these"),
-        Relation("compression.strategies", _among, STRATEGIES_FILE, "describe it there, or leave it out"),
-        Relation("compression.moduli", _among, MODULI, "write such a file, or leave it out"),
-        Relation("scenes.names", _among, SCENES, "write such a file, or leave it out"),
+        Relation("tissues", _among, TISSUES, TAKE),
+        Relation("digital.tissues", _among, TISSUES, TAKE),
+        Relation("reference_position", _among, SEGMENTED, "segment it, too"),
+        Relation("mechanics.stress_free.position", _among, SEGMENTED, "segment it, too"),
+        Relation("mechanics.stress_free.default", _among, METHODS, "add it, or take one of these"),
+        Relation("compression.strategies", _among, STRATEGIES, "describe it there, or leave it out"),
+        Relation("compression.moduli", _among, MODULI, WRITE),
+        Relation("compression.thickness_mm", _among, VOLUNTEERS, "correct the name, or leave it out"),
+        Relation("xray.strategies", _among, PRESSED, "press by it, too, or leave it out"),
+        Relation("validation.wrong_model", _among, WOMEN, "describe her, or leave her out"),
+        Relation("validation.wrong_model.*", _among, WOMEN, "describe her, or leave her out"),
+        Relation("scenes.names", _among, SCENES, WRITE),
         Relation("scenes.accuracy", _among, ACCURACIES, "take one of these"),
         Relation("scenes.coarse", _among, ACCURACIES, "take one of these"),
-        Relation("xray.strategies", _among, "compression.strategies", "press by it, too, or leave it out"),
-        Relation("validation.wrong_model", _among, "digital.women", "describe her, or leave her out"),
-        Relation("validation.wrong_model.*", _among, "digital.women", "describe her, or leave her out"),
         Relation("propagation.pressed", _less, "propagation.draws", "draw more, or press fewer"),
-        Relation(
-            "xray.calcifications.diameter_mm", _less, "xray.calcifications.width_mm", "widen the square"
-        ),
-        Relation(
-            "digital.women.*.skin.variation_mm", _less, "digital.women.*.skin.mean_mm", "skin has to be left"
-        ),
-        Relation(
-            "digital.women.*.breast.nipple_mm",
-            _less,
-            "digital.women.*.breast.base_radius_mm",
-            "make it smaller",
-        ),
+        Relation("digital.women.*.skin.variation_mm", _less, "digital.women.*.skin.mean_mm", "vary it less"),
         Relation("digital.scan.field_of_view_mm.*", _rising, "", ORDER),
         Relation("compression.thresholds.*", _rising, "", ORDER),
         Relation("morph.stiffness_kpa_per_mm", _rising, "", "put the weakest first"),
         Relation("registration.smoothing_mm", _falling, "", "put the coarsest level first"),
     ),
+    "accuracy": (Relation("volunteer", _among, VOLUNTEERS, "take one of these"),),
     "recovery": (
         Relation("ranges.*", _rising, "", ORDER),
+        Relation("between", _among, WOMEN, "describe her, or take two of these"),
         Relation("between", _distinct, "", "name two women"),
     ),
     "peers": (

@@ -220,6 +220,11 @@ def test_numbers_in_lists_are_read_too_and_text_stays_text(settings, schema):
         ("softening.factors", [1], "softening.factors.0 = 1: must not be 1"),
         ("xray.effects", ["scatter", "blur"], "xray.effects lacks 'quantum_noise', which is needed; add it"),
         # Keys.
+        (
+            "compression.thickness_mm",
+            {"Small": 45.0},
+            "thickness_mm has no key 'Small': must be text of lower case letters, digits and _; write small",
+        ),
         ("xray.peak_kv ", 28, "xray has no key 'peak_kv '; did you mean 'peak_kv'?"),
         ("xray.Peak_kV", 28, "xray has no key 'Peak_kV'; did you mean 'peak_kv'?"),
         ("mechanics.swep", {}, "mechanics has no key 'swep'; did you mean 'sweep'?"),

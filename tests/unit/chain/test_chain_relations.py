@@ -17,7 +17,7 @@ CONFIG = {
         "moduli": ["gravity"],
         "thresholds": {"energy_kpa": [0.1, 1.0]},
     },
-    "xray": {"strategies": ["standard"], "calcifications": {"diameter_mm": 0.1, "width_mm": 5.0}},
+    "xray": {"strategies": ["standard"]},
     "validation": {"wrong_model": {"fibrous": "small"}},
     "propagation": {"draws": 8, "pressed": 3},
     "scenes": {"names": ["dose"], "accuracy": "study", "coarse": "screening"},
@@ -35,9 +35,10 @@ CONFIG = {
 KNOWN = {
     relations.TISSUES: ["standard", "soft"],
     relations.MODULI: ["gravity", "standard", "soft"],
-    relations.STRATEGIES_FILE: ["standard", "tilted", "reduced"],
+    relations.STRATEGIES: ["standard", "tilted", "reduced"],
     relations.SCENES: ["dose", "force"],
     relations.ACCURACIES: ["study", "screening"],
+    relations.VOLUNTEERS: ["small", "fibrous", "ada"],
 }
 
 
@@ -122,9 +123,9 @@ def test_what_agrees_is_accepted():
             "digital.women.fibrous.skin.mean_mm = 2.5",
         ),
         (
-            "xray.calcifications.width_mm",
-            0.1,
-            "calcifications.diameter_mm = 0.1: must be less than xray.calcifications.width_mm = 0.1",
+            "compression.thickness_mm",
+            {"small": 45.0, "samll": 50.0},
+            "'samll' is not in volunteer_table and the digital volunteers (small, fibrous, ada)",
         ),
     ],
 )
@@ -152,7 +153,14 @@ def test_keys_that_are_missing_or_of_another_kind_are_left_to_the_schema():
 def test_files_beside_the_configuration_have_relations_of_their_own():
     (told,) = words_of({"ranges": {"adipose_kpa": [2.0, 0.5], "skin_kpa": [1.0, 2.0]}}, "recovery")
     assert told.startswith("ranges.adipose_kpa = [2.0, 0.5]")
-    assert words_of({"between": ["small", "small"]}, "recovery") != []
+    (told,) = words_of({"between": ["small", "small"]}, "recovery")
+    assert told == "between = ['small', 'small']: its entries must differ; name two women"
+    assert (
+        "'eva' is not in digital.women"
+        in words_of({"between": ["small", "eva"]}, "recovery", {relations.WOMEN: ["small"]})[0]
+    )
+    (told,) = words_of({"volunteer": "eva"}, "accuracy")
+    assert told.startswith("volunteer = 'eva': 'eva' is not in volunteer_table")
     peers = {
         "cases": {"soft": {}},
         "runs": [{"case": "soft"}, {"case": "sfot"}],
