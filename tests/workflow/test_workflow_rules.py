@@ -130,7 +130,7 @@ def test_every_key_of_the_chain_is_read_by_a_stage_or_chooses_what_is_made(repos
 def test_a_key_that_is_given_twice_or_is_no_number_is_named_with_its_file(study, tmp_path):
     cases = {
         "mesh: {element_mm: 4, element_mm: 5}\n": "line 1: 'element_mm' is given twice, in lines 1 and 1",
-        "mesh: {behind_markers_mm: .nan}\n": "mesh.behind_markers_mm is not a finite number",
+        "mesh: {behind_markers_mm: .nan}\n": "mesh.behind_markers_mm = nan: must be a number from 10 to 200",
     }
     for text, words in cases.items():
         wrong = tmp_path / "wrong.yaml"
@@ -148,3 +148,48 @@ def test_a_misspelt_key_stops_before_the_first_job(study, tmp_path):
     assert result.returncode != 0
     assert "wrong.yaml" in result.stdout
     assert "mechanics has no key 'swep'; did you mean 'sweep'?" in result.stdout
+
+
+def test_a_dry_run_imports_nothing_heavy(study):
+    """What a start imports is waited for at every start: a table is read without pandas."""
+    result = study.snakemake("--dry-run", "--quiet", env={"PYTHONPROFILEIMPORTTIME": "1"})
+    assert result.returncode == 0, result.stdout[-2000:]
+    imported = {
+        line.split("|")[-1].strip() for line in result.stdout.splitlines() if line.startswith("import time:")
+    }
+    assert "mammosim.chain.configuration" in imported
+    assert (
+        imported & {"pandas", "numba", "scipy", "matplotlib", "SimpleITK", "gmsh", "meshio", "sklearn"}
+        == set()
+    )
+
+
+def test_settings_that_cannot_be_meant_stop_before_the_first_job(study, tmp_path):
+    """Every fault at once, each in one line with the file that gave it."""
+    faults = {
+        "xray": ({"strategies": ["standard", "squash"]}, "'squash' is not in compression.strategies"),
+        "compression": ({"strategies": ["standard", "hug"]}, "'hug' is not in the file of compression."),
+        "scenes": ({"coarse": "exact"}, "'exact' is not in study and config/accuracy"),
+        "digital": ({"women": {"Ada": {"seed": 3}}}, "has lower case letters, digits and _ only; write ada"),
+        "mesh": ({"behind_markers_mm": 0.08}, "was it given in m? Write 80"),
+    }
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(yaml.safe_dump({group: values for group, (values, _) in faults.items()}))
+    result = study.snakemake("--dry-run", "--configfile", str(study.home / "config/smoke.yaml"), str(wrong))
+    assert result.returncode != 0
+    for _, words in faults.values():
+        (line,) = [line for line in result.stdout.splitlines() if words in line]
+        assert str(wrong) in line
+        assert "default.yaml" not in line
+
+
+def test_numbers_without_a_point_are_numbers_wherever_they_are_given(study, tmp_path):
+    """Snakemake reads `--configfile` and `--config` by YAML 1.1, to which 2e-1 is text."""
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("mechanics: {sweep: {youngs_modulus_kpa: [2e-1, 1e1]}}\n")
+    files = ("--configfile", str(study.home / "config/smoke.yaml"), str(mine), "--config", "seed=2e3")
+    jobs = study.jobs("--forceall", *files)
+    assert {job.rsplit("/", 1)[-1] for job in jobs if job.startswith("sweep:")} == {
+        "0.2kpa.csv",
+        "10.0kpa.csv",
+    }

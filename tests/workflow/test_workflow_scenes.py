@@ -124,7 +124,7 @@ def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished,
     [
         (("agd_percent", "agd_procent"), "no quantity 'agd_procent'"),
         (("{strategy: gentle}", "{position: upright}"), "agd_percent needs a strategy in its load"),
-        ((": 5}", ": -5}"), "must be more than 0"),
+        ((": 5}", ": -5}"), "must be a number more than 0"),
         (("scatter,", "scater,"), "no effect 'scater'; choose among:"),
         (("strategy: gentle", "strategy: gentel"), "no strategy 'gentel'; choose one of: standard"),
         (("title:", "tittle:"), "did you mean 'title'?"),

@@ -1,15 +1,16 @@
 # What every .smk file shares: where things are, and how settings are read and checked.
+import runpy
 import shlex
 import sys
 from functools import cache
 from pathlib import Path
 
-import yaml
 from snakemake.exceptions import WorkflowError
 
-from mammosim.chain import configuration
+from mammosim.chain import configuration, relations
+from mammosim.chain.graph import overridden
 from mammosim.core.errors import ConfigurationError
-from mammosim.io.plain import not_finite, read_plain, repeated
+from mammosim.io.plain import read_plain
 
 PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
@@ -17,6 +18,7 @@ sys.executable = shlex.quote(PYTHON)
 HOME = Path(workflow.basedir)
 PACKAGE = HOME / "src" / "mammosim"
 SCRIPTS = HOME / "workflow" / "scripts"
+read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
 
 
 def home(path):
@@ -24,42 +26,81 @@ def home(path):
     return path if Path(path).exists() else str(HOME / path)
 
 
-class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    """YAML that refuses a key that is given twice."""
-
-    def construct_mapping(self, node, deep=False):
-        keys = [key for key, _ in node.value if key.tag != "tag:yaml.org,2002:merge"]
-        if twice := repeated([key.value for key in keys]):
-            lines = [str(key.start_mark.line + 1) for key in keys if key.value == twice[0]]
-            raise yaml.constructor.ConstructorError(
-                None, None, f"{twice[0]!r} is given twice, in lines {' and '.join(lines)}; keep one", keys[0].start_mark
-            )
-        return super().construct_mapping(node, deep=deep)
-
-
 def read_yaml(path):
-    """The values of a file, refused with its name and line where it cannot be read."""
+    """The values of a file, rejected with its name and line where it cannot be read."""
     file = Path(home(path))
     if not file.exists():
         known = ", ".join(sorted(other.stem for other in file.parent.glob("*.yaml")))
         raise WorkflowError(f"ConfigurationError: there is no {path}; beside it are: {known or 'none'}")
     try:
-        return yaml.load(file.read_text(encoding="utf-8"), Loader=Loader)
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise WorkflowError(f"ConfigurationError: {path}, line {line}: {error.problem}") from None
+        return read_strictly(file, str(path))
+    except ConfigurationError as error:
+        raise WorkflowError(f"ConfigurationError: {error}") from None
 
 
-def checked(settings, schema, files, *, finite=True):
-    """The settings, refused with advice when a key or a value cannot be meant."""
-    if finite and (odd := not_finite(settings)):
-        raise WorkflowError(f"ConfigurationError: {', '.join(files)}: {odd[0]} is not a finite number; write one")
+@cache
+def schema_of(kind):
+    """The limits of all keys of a kind of file."""
+    return read_yaml(f"workflow/schemas/{kind}.schema.yaml")
+
+
+def checked(settings, schema, files, *, known=None, finite=True):
+    """The settings, rejected with advice when a key or a value cannot be meant. files: names, or name -> its values."""
+    limits, related = schema_of(schema), relations.RELATIONS.get(schema, ())
     try:
-        configuration.check_settings(settings, read_yaml(f"workflow/schemas/{schema}.schema.yaml"), files=files)
+        configuration.check_settings(settings, limits, files=files, relations=related, known=known, finite=finite)
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
     return settings
 
 
-[read_yaml(file) for file in workflow.configfiles]  # each can be read, and gives no key twice
-checked(config, "config", [str(file) for file in workflow.configfiles])
+def given_settings():
+    """What each file of the configuration gave, and the command line, later over earlier."""
+    *overrides, default = workflow.configfiles  # the order in which Snakemake lists them
+    files = {str(file): read_yaml(file) for file in (default, *overrides)}
+    words = workflow.config_settings.config
+    return files | ({"--config": words} if words else {})
+
+
+def checked_overrides(values, file):
+    """Settings that are laid over the study's, rejected where the study with them cannot be meant."""
+    configuration.read_numbers(values, schema_of("config"))
+    checked(overridden(config, values), "config", GIVEN | {file: values}, known=KNOWN)
+    return values
+
+
+def known_names():
+    """Names that settings may choose from and that stand in files, whatever else is wrong with the settings."""
+    tissues, scenes, accuracies = (stems(f"config/{folder}") for folder in ("tissues", "scenes", "accuracy"))
+    strategies, recovery, table = map(file_of, ("compression.strategies_file", "recovery", "volunteer_table"))
+    women = [place[-1] for place, _ in relations.entries(config, "digital.women.*")]
+    seeds = [seed for _, seed in relations.entries(recovery and read_yaml(recovery), "seeds.*")]
+    made = [f"made_{seed:02d}" for seed in seeds if isinstance(seed, int)]
+    found = {
+        relations.WOMEN: women,
+        relations.TISSUES: tissues,
+        relations.MODULI: ["gravity", *tissues],
+        relations.SCENES: scenes,
+        relations.ACCURACIES: ["study", *(name for name in accuracies if not name.startswith("parameters"))],
+    }
+    if strategies:
+        found[relations.STRATEGIES] = list(read_yaml(strategies) or [])
+    if table and Path(home(table)).is_file():
+        listed = [row["volunteer"] for row in read_plain(home(table)) if "volunteer" in row]
+        found[relations.VOLUNTEERS] = list(dict.fromkeys([*listed, *women, *made]))
+    return found
+
+
+def file_of(setting):
+    """The file that a setting names, None where it is no text."""
+    return next((file for _, file in relations.entries(config, setting) if isinstance(file, str)), None)
+
+
+def stems(folder):
+    """Names of the YAML files in a folder of the study, and of the folder where it runs."""
+    return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("*.yaml")})
+
+
+GIVEN = given_settings()
+KNOWN = known_names()
+checked(config, "config", GIVEN, known=KNOWN)

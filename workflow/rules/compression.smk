@@ -13,7 +13,7 @@ XRAYED = "standard_gravity"  # what is X-rayed by default; any other strategy an
 
 wildcard_constraints:
     strategy="|".join(WAYS),
-    moduli="|".join({"gravity", *MODULI, *tissue_files()}),
+    moduli="|".join({"gravity", *MODULI, *stems("config/tissues")}),
 
 
 rule standard_path:

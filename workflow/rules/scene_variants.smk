@@ -91,13 +91,20 @@ def preset(accuracy):
             raise WorkflowError(f"ConfigurationError: {error}") from None
     if accuracy not in PRESETS:
         raise WorkflowError(f"ConfigurationError: no preset {accuracy!r}; choose one of: {', '.join([STUDY, *PRESETS])}")
-    values = read_yaml(f"config/accuracy/{accuracy}.yaml")
+    return preset_of(accuracy)
+
+
+@cache
+def preset_of(accuracy):
+    """The overrides of config/accuracy/{accuracy}.yaml, which has some."""
+    file = f"config/accuracy/{accuracy}.yaml"
+    values = read_yaml(file)
     if not values:
         raise WorkflowError(
-            f"ConfigurationError: config/accuracy/{accuracy}.yaml is empty, since nothing met its limits when it was "
+            f"ConfigurationError: {file} is empty, since nothing met its limits when it was "
             f"chosen; allow more in {config['accuracy']} and renew it"
         )
-    return values
+    return checked_overrides(values, file)
 
 
 def accuracy_words(name):

@@ -16,11 +16,6 @@ def tissue_table(name):
     return table
 
 
-def tissue_files():
-    """Names of the files of config/tissues, of the study and of the folder where it runs."""
-    return sorted({file.stem for folder in (HOME, Path()) for file in (folder / "config/tissues").glob("*.yaml")})
-
-
 def volunteer_table(file):
     """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position.
 
@@ -60,7 +55,7 @@ def positions(volunteer):
     return [position for name, position in VOLUNTEERS if name == volunteer]
 
 
-RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]])
+RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]
 VOLUNTEERS = volunteer_table(config["volunteer_table"])

@@ -9,7 +9,6 @@ GEOMETRY = {
 }
 
 
-known_strategies(XRAY["strategies"], STRATEGIES)  # what is X-rayed is compressed
 if workflow.is_main_process:
     ends = {name: Until.of(strategy) for name, strategy in STRATEGIES.items()}
     for words in foreseen(Study.of(config), ends, imaging_systems()):

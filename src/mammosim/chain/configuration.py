@@ -1,12 +1,17 @@
-"""Refuse a configuration that cannot be meant, before anything is computed, and say what to write instead."""
+"""Reject a configuration that cannot be meant, before anything is computed, and say what to write instead."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import reduce
+from math import isfinite
+from operator import getitem
 from typing import Any
 
 import numpy as np
 from jsonschema import Draft202012Validator, ValidationError
+from jsonschema.validators import extend
 
+from mammosim.chain.advice import Place, advice, number_of
+from mammosim.chain.relations import Relation, unmet
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY, gravity_vector
 
@@ -19,50 +24,127 @@ ANGLE_TO_POSTERIOR_DEG = {
 }
 
 
-def check_settings(settings: Mapping[str, Any], schema: Mapping[str, Any], *, files: Iterable[str]) -> None:
-    """Raise ConfigurationError with every unknown key and every value outside its limits.
+def _is_integer(_: Any, value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
 
-    settings: nested values as read; schema: JSON schema (2020-12) with a description of each key;
-    files: where the values came from, named in the message.
+
+def _is_number(_: Any, value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _is_finite(checker: Any, value: Any) -> bool:
+    return _is_number(checker, value) and isfinite(value)
+
+
+# JSON takes 40.0 for an integer, and knows no NaN, which passes every limit.
+_TYPES = Draft202012Validator.TYPE_CHECKER.redefine_many({"integer": _is_integer, "number": _is_finite})
+_FINITE = extend(Draft202012Validator, type_checker=_TYPES)
+_ANY = extend(Draft202012Validator, type_checker=_TYPES.redefine("number", _is_number))
+
+
+def check_settings(
+    settings: Any,
+    schema: Mapping[str, Any],
+    *,
+    files: Iterable[str] | Mapping[str, Any],
+    relations: Sequence[Relation] = (),
+    known: Mapping[str, Collection[str]] | None = None,
+    finite: bool = True,
+) -> None:
+    """Raise ConfigurationError with every unknown key, value outside its limits, and contradiction.
+
+    settings: nested values as read. Text that YAML 1.2 reads as a number, as 2e-1, becomes it in place where
+    the schema wants a number. schema: JSON schema (2020-12) with a description of each key; files: where the
+    values came from, or file -> its values, later over earlier, so that each fault names its own; relations:
+    between keys, and known: what they call names that stand in no setting; finite: whether NaN and infinity
+    are rejected. One line per fault, `file: key = value: what it must be`.
     """
-    errors = sorted(
-        Draft202012Validator(schema).iter_errors(settings), key=lambda e: list(map(str, e.absolute_path))
-    )
-    if errors:
-        lines = "\n  ".join(_advice(error) for error in errors)
-        raise ConfigurationError(f"{', '.join(files)}:\n  {lines}")
+    errors = read_numbers(settings, schema, finite=finite)
+    faults: dict[Place, str] = {}  # of one place the first: its kind before its limits
+    for error in sorted(errors, key=lambda e: (list(map(str, e.absolute_path)), e.validator != "type")):
+        for place, words in advice(error):
+            faults.setdefault(place, words)
+    lines = [f"{_giver(files, [place])}: {words}" for place, words in faults.items()]
+    for places, words in unmet(settings, relations, known or {}):
+        if not any(_related(place, fault) for place in places for fault in faults):
+            lines.append(f"{_giver(files, places)}: {words}")
+    if lines:
+        raise ConfigurationError("\n".join(lines))
 
 
-def _advice(error: ValidationError) -> str:
-    place = ".".join(map(str, error.absolute_path)) or "the configuration"
-    about = error.schema.get("description", "")
-    if error.validator == "additionalProperties":
-        known = sorted(error.schema.get("properties", {}))
-        unknown = sorted(set(error.instance) - set(known))
-        return "; ".join(_unknown_key(place, key, known) for key in unknown)
-    if error.validator == "required":
-        absent = sorted(set(error.validator_value) - set(error.instance))
-        return f"{place} lacks {', '.join(absent)}; add it, or take it from config/default.yaml"
-    return f"{place} = {error.instance!r}: {_limit(error)}. {about}".rstrip()
+def read_numbers(settings: Any, schema: Mapping[str, Any], *, finite: bool = True) -> list[ValidationError]:
+    """What the schema finds after text that is a number, as 2e-1, has become it in place."""
+    validator = (_FINITE if finite else _ANY)(schema)
+    errors = list(_errors(validator, settings))
+    became = [_become_number(settings, error) for error in errors]
+    return list(_errors(validator, settings)) if any(became) else errors
 
 
-def _unknown_key(place: str, key: str, known: list[str]) -> str:
-    near = get_close_matches(key, known, n=1)
-    meant = f"did you mean {near[0]!r}?" if near else f"choose one of: {', '.join(known)}"
-    return f"{place} has no key {key!r}; {meant}"
+def _errors(validator: Any, settings: Any) -> Iterator[ValidationError]:
+    """The errors of the schema; of several possible kinds, those of the one that is meant."""
+    for error in validator.iter_errors(settings):
+        yield from _meant(error)
 
 
-def _limit(error: ValidationError) -> str:
-    limit = error.validator_value
-    found: str = {
-        "minimum": f"must be at least {limit}",
-        "exclusiveMinimum": f"must be more than {limit}",
-        "maximum": f"must be at most {limit}",
-        "exclusiveMaximum": f"must be less than {limit}",
-        "enum": f"choose one of: {limit}",
-        "type": f"must be of type {limit}",
-    }.get(str(error.validator), error.message)
-    return found
+def _meant(error: ValidationError) -> Iterator[ValidationError]:
+    """The errors of the only branch of `oneOf` whose kind fits, else the error itself."""
+    branches: dict[Any, list[ValidationError]] = {}
+    for each in error.context or ():
+        branches.setdefault(each.relative_schema_path[0], []).append(each)
+    fitting = [
+        found
+        for found in branches.values()
+        if not any(each.validator in ("type", "const", "enum") and not each.relative_path for each in found)
+    ]
+    if error.validator in ("oneOf", "anyOf") and len(fitting) == 1:
+        for each in fitting[0]:
+            yield from _meant(each)
+    else:
+        yield error
+
+
+def _become_number(settings: Any, error: ValidationError) -> bool:
+    """Whether a value of the wrong kind was the number that is wanted, and now stands in its place."""
+    if (
+        error.validator != "type"
+        or error.validator_value not in ("number", "integer")
+        or not error.absolute_path
+    ):
+        return False
+    value = number_of(error.instance) if isinstance(error.instance, str) else error.instance
+    if error.validator_value == "integer" and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or value is error.instance:
+        return False
+    *place, last = error.absolute_path
+    reduce(getitem, place, settings)[last] = value
+    return True
+
+
+def _giver(files: Iterable[str] | Mapping[str, Any], places: Sequence[Place]) -> str:
+    """The file that gave one of these places last; of what is nowhere, the file that gave its group."""
+    names = list(files)
+    if isinstance(files, Mapping):
+        for cut in range(max(map(len, places)) + 1):
+            held = [place[: len(place) - cut] for place in places if len(place) >= cut]
+            for name in reversed(names):
+                if any(_has(files[name], place) for place in held):
+                    return name
+    return ", ".join(names)
+
+
+def _has(values: Any, place: Place) -> bool:
+    try:
+        reduce(getitem, place, values)
+    except (KeyError, IndexError, TypeError):
+        return False
+    return True
+
+
+def _related(one: Place, other: Place) -> bool:
+    """Whether one place lies in the other."""
+    common = min(len(one), len(other))
+    return one[:common] == other[:common]
 
 
 Row = Mapping[str, str]

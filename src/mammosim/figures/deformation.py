@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.outlines import draw_outlines
-from mammosim.figures.style import QUIET, SERIES, new_figure, series_colour, styled
+from mammosim.figures.style import QUIET, new_figure, series_colour, styled
 
 MARKERS = ("o", "s", "D", "^", "v", "P")
 
@@ -85,7 +85,8 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     rows = table.sort_values("skin_kpa")
     names = ["none" if E == 0 else f"{E:g} kPa" for E in rows.skin_kpa]
-    bars = right.bar(names, rows.max_displacement_mm, color=SERIES[: len(rows)], width=0.62)
+    colours = [series_colour(number) for number in range(len(rows))]
+    bars = right.bar(names, rows.max_displacement_mm, color=colours, width=0.62)
     bare = rows.max_displacement_mm[rows.skin_kpa == 0]
     labels = [
         f"{d:.1f}" if E == 0 or not len(bare) else f"{d:.1f}\n({100 * (d / bare.iloc[0] - 1):+.0f} %)"

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from mammosim.figures.style import QUIET, SERIES, new_figure, styled
+from mammosim.figures.style import QUIET, SERIES, new_figure, series_colour, styled
 
 MARKERS = ("o", "s", "D", "^")
 
@@ -70,4 +70,4 @@ def dose_routes(routes: pd.DataFrame, standard: pd.DataFrame) -> Figure:
 
 def _style(number: int) -> dict[str, Any]:
     """Marker and colour of a route."""
-    return {"fmt": MARKERS[number], "color": SERIES[number], "ms": 5, "capsize": 3}
+    return {"fmt": MARKERS[number % len(MARKERS)], "color": series_colour(number), "ms": 5, "capsize": 3}

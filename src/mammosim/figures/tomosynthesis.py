@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from mammosim.core.volume import Image
-from mammosim.figures.style import ORANGE, SERIES, new_figure, styled
+from mammosim.figures.style import ORANGE, new_figure, series_colour, styled
 
 TITLES = {"filtered_backprojection": "filtered backprojection", "sart": "SART"}
 AWAY_MM = 12.0
@@ -33,7 +33,10 @@ def tomosynthesis(
     for number, (method, rows) in enumerate(profiles.groupby("method", sort=False)):
         peak = rows.difference_per_mm[rows.height_mm == 0].iloc[0]
         axes[1, 1].plot(
-            rows.height_mm, rows.difference_per_mm / peak, color=SERIES[number], label=TITLES[str(method)]
+            rows.height_mm,
+            rows.difference_per_mm / peak,
+            color=series_colour(number),
+            label=TITLES[str(method)],
         )
     axes[1, 1].axhline(0, color="0.7", lw=0.8)
     axes[1, 1].set(xlabel="above the lesion (mm)", ylabel="contrast, of that in its own slice")

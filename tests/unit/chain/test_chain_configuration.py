@@ -1,4 +1,10 @@
-"""A configuration that cannot be meant is refused, naming file, key, value, limit and next step."""
+"""A configuration that cannot be meant is rejected, naming file, key, value, limit and next step."""
+
+import copy
+from collections.abc import Iterator
+from functools import reduce
+from operator import getitem
+from typing import Any
 
 import pytest
 import yaml
@@ -10,62 +16,288 @@ from mammosim.chain.configuration import (
     check_tissues,
     check_volunteers,
 )
+from mammosim.chain.relations import RELATIONS
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import gravity_vector
 
+NAN, INFINITY = float("nan"), float("inf")
+# Schema -> files that it describes.
+FILES = {
+    "config": ["default.yaml"],
+    "scene": ["scenes/*.yaml"],
+    "compression": ["strategies*.yaml"],
+    "tissues": ["tissues/*.yaml"],
+    "accuracy": ["accuracy/parameters*.yaml"],
+    "recovery": ["recovery*.yaml"],
+    "peers": ["peers*.yaml"],
+}
+
+
+@pytest.fixture(scope="module")
+def schemas(repository):
+    folder = repository / "workflow/schemas"
+    return {kind: yaml.safe_load((folder / f"{kind}.schema.yaml").read_text()) for kind in FILES}
+
 
 @pytest.fixture
-def schema(repository):
-    return yaml.safe_load((repository / "workflow/schemas/config.schema.yaml").read_text())
+def schema(schemas):
+    return schemas["config"]
 
 
-@pytest.fixture
-def settings(repository):
+@pytest.fixture(scope="module")
+def default(repository):
     return yaml.safe_load((repository / "config/default.yaml").read_text())
 
 
-def refusal(settings, schema) -> str:
+@pytest.fixture
+def settings(default):
+    return copy.deepcopy(default)
+
+
+def rejection(settings, schema, files=("mine.yaml",), **given) -> str:
     with pytest.raises(ConfigurationError) as error:
-        check_settings(settings, schema, files=["mine.yaml"])
+        check_settings(settings, schema, files=files, **given)
     return str(error.value)
 
 
-def test_the_published_study_is_accepted(settings, schema):
-    check_settings(settings, schema, files=["config/default.yaml"])
+def put(values: Any, name: str, value: Any) -> Any:
+    """The values with another one at a dotted name."""
+    *group, key = name.split(".")
+    reduce(getitem, group, values)[key] = value
+    return values
 
 
-def test_a_misspelt_key_is_named_with_what_was_meant(settings, schema):
-    settings["mechanics"]["swep"] = {}
-    message = refusal(settings, schema)
-    assert message.startswith("mine.yaml")
-    assert "mechanics has no key 'swep'; did you mean 'sweep'?" in message
+def numbers_in(values: Any) -> Iterator[tuple[Any, Any, str]]:
+    """The holder, key and dotted name of every number in nested values."""
+    pairs = values.items() if isinstance(values, dict) else enumerate(values)
+    for key, value in pairs:
+        if isinstance(value, (dict, list)):
+            yield from ((holder, each, f"{key}.{name}") for holder, each, name in numbers_in(value))
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield values, key, str(key)
 
 
-def test_a_modulus_in_pascal_is_recognised(settings, schema):
-    settings["mechanics"]["sweep"]["youngs_modulus_kpa"] = [500.0]
-    message = refusal(settings, schema)
-    assert "mechanics.sweep.youngs_modulus_kpa.0 = 500.0: must be at most 90" in message
-    assert "given in Pa? Divide by 1000" in message
+@pytest.mark.parametrize("wrong", [NAN, INFINITY, -INFINITY, None, True, "ten", "0,5", [1.0], {}], ids=str)
+@pytest.mark.parametrize("kind", FILES)
+def test_what_is_no_number_is_rejected_at_every_number_of_every_file(repository, schemas, kind, wrong):
+    """The values of a numerical parameter may be text or groups; every other number may not."""
+    count = 0
+    for pattern in FILES[kind]:
+        for file in sorted((repository / "config").glob(pattern)):
+            values = yaml.safe_load(file.read_text())
+            check_settings(values, schemas[kind], files=[file.name])
+            found = list(numbers_in(values))
+            if kind == "accuracy" and wrong not in (NAN, INFINITY, -INFINITY, None):
+                found = [each for each in found if ".values." not in each[2]]
+            for holder, key, _ in found:
+                holder[key] = copy.copy(wrong)
+            lines = rejection(values, schemas[kind], [file.name]).splitlines()
+            named = {
+                line.split()[1] for line in lines if line.startswith(f"{file.name}: ") and "must be" in line
+            }
+            assert named >= {name for _, _, name in found}
+            count += len(found)
+    assert count > {"config": 220, "scene": 10}.get(kind, 5)
 
 
-def test_a_thickness_in_centimetres_is_recognised(settings, schema):
-    settings["compression"]["thickness_mm"]["small"] = 4.5
-    message = refusal(settings, schema)
-    assert "compression.thickness_mm.small = 4.5: must be at least 15" in message
-    assert "was it given in cm? Multiply by 10" in message
+def test_the_published_study_is_accepted(default, schema):
+    check_settings(default, schema, files=["config/default.yaml"], relations=RELATIONS["config"])
 
 
-def test_an_incompressible_poisson_ratio_is_refused(settings, schema):
-    settings["mechanics"]["sweep"]["poisson_ratio"] = 0.5
-    assert "poisson_ratio = 0.5: must be less than 0.5" in refusal(settings, schema)
+@pytest.mark.parametrize(
+    ("name", "text", "number"),
+    [
+        ("mechanics.newton_tolerance", "1e-6", 1e-6),
+        ("xray.peak_kv", "3e1", 30.0),
+        ("xray.peak_kv", "28.5", 28.5),
+        ("digital.scan.marker_mm", "7", 7),
+        ("xray.pixel_mm", ".5", 0.5),
+        ("seed", "2e3", 2000),
+        ("seed", 2000.0, 2000),
+        ("registration.samples", 1.0e5, 100000),
+    ],
+)
+def test_text_that_is_a_number_is_read_as_one_and_a_whole_number_stays_whole(
+    settings, schema, name, text, number
+):
+    """YAML 1.1 has no number without a point before an exponent; a count of 1.0e5 is no count for `range`."""
+    check_settings(put(settings, name, text), schema, files=["-"])
+    found = reduce(getitem, name.split("."), settings)
+    assert found == number
+    assert type(found) is type(number)
 
 
-def test_every_problem_is_reported_at_once(settings, schema):
+def test_numbers_in_lists_are_read_too_and_text_stays_text(settings, schema):
+    put(settings, "mechanics.sweep.youngs_modulus_kpa", ["2e-1", "1e1"])
+    put(settings, "volunteers", ["1e1", "small"])
+    check_settings(settings, schema, files=["-"])
+    assert settings["mechanics"]["sweep"]["youngs_modulus_kpa"] == [0.2, 10.0]
+    assert settings["volunteers"] == ["1e1", "small"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        # Limits, in the unit of the key; what the value would be in another unit is asked only where it fits.
+        ("xray.peak_kv", NAN, "xray.peak_kv = nan: must be a number from 20 to 40"),
+        (
+            "mechanics.sweep.youngs_modulus_kpa",
+            [500.0],
+            "youngs_modulus_kpa.0 = 500.0: must be a number more than 0 and at most 90; was it given "
+            "in Pa? Write 0.5",
+        ),
+        (
+            "compression.thickness_mm",
+            {"small": 4.5},
+            "thickness_mm.small = 4.5: must be a number from 15 to 120; was it given in cm? Write 45",
+        ),
+        ("compression.thickness_mm", {"small": 0.045}, "was it given in m? Write 45"),
+        ("xray.filter_um", 0.05, "was it given in mm? Write 50"),
+        ("xray.peak_kv", 28000, "was it given in V? Write 28"),
+        ("xray.calcifications.diameter_mm", 130, "was it given in um? Write 0.13"),
+        ("digital.women.large.gland.fraction", 22, "was it given in percent? Write 0.22"),
+        (
+            "digital.women.large.breast.inferior_deg",
+            80,
+            "inferior_deg = 80: must be a number from -45 to 45 (",
+        ),
+        ("mechanics.sweep.density_g_cm3", 1000, "was it given in kg/m3? Write 1"),
+        (
+            "mechanics.sweep.poisson_ratio",
+            0.5,
+            "poisson_ratio = 0.5: must be a number at least 0 and less than 0.5 (",
+        ),
+        ("digital.scan.echo_time_ms", 0.07, "was it given in s? Write 70"),
+        ("seed", -1, "seed = -1: must be a whole number at least 0"),
+        ("seed", 1.5, "seed = 1.5: must be a whole number at least 0"),
+        # Of another kind.
+        (
+            "xray.peak_kv",
+            True,
+            "xray.peak_kv = True: must be a number from 20 to 40; YAML reads yes, no, on and off as",
+        ),
+        ("xray.detector", False, "one of: selenium, caesium_iodide; YAML reads yes, no"),
+        (
+            "volunteers",
+            ["small", False],
+            "volunteers.1 = False: must be text of lower case letters, digits and _; YAML reads",
+        ),
+        (
+            "volunteers",
+            ["small", 7],
+            "volunteers.1 = 7: must be text of lower case letters, digits and _; put it in quotes",
+        ),
+        ("volunteers", "small", "volunteers = 'small': must be a list"),
+        (
+            "xray.peak_kv",
+            None,
+            "xray.peak_kv is empty: must be a number from 20 to 40; give it, or leave the key out",
+        ),
+        ("xray", None, "xray is empty: must be a group of keys"),
+        ("xray", [{"peak_kv": 28}], "must be a group of keys"),
+        # Text that was meant as a number.
+        ("xray.pixel_mm", "0,5", "write a decimal point, not a comma"),
+        ("registration.samples", "100,000", "write no comma, blank or ' between thousands"),
+        ("registration.samples", "100 000", "write no comma, blank or ' between thousands"),
+        ("mesh.beyond_markers_mm", "\u22124.0", "its minus is a typographic one"),
+        ("xray.peak_kv", "28 kV", "write the number alone; the key names its unit"),
+        ("xray.peak_kv", "28kV", "write the number alone; the key names its unit"),
+        # Names and lists.
+        (
+            "volunteers",
+            ["small "],
+            "volunteers.0 = 'small ': must be text of lower case letters, digits and _; write small",
+        ),
+        ("volunteers", ["Small"], "write small"),
+        ("volunteers", ["small", "small"], "volunteers = ['small', 'small']: 'small' stands twice; keep one"),
+        (
+            "digital.scan.spacing_mm",
+            [2.0, 2.0],
+            "digital.scan.spacing_mm = [2.0, 2.0]: has 2 entries and must have 3",
+        ),
+        ("volunteers", [], "volunteers = []: has 0 entries and must have at least 1"),
+        ("xray.detector", "selenum", "must be one of: selenium, caesium_iodide; did you mean 'selenium'?"),
+        ("softening.factors", [1], "softening.factors.0 = 1: must not be 1"),
+        ("xray.effects", ["scatter", "blur"], "xray.effects lacks 'quantum_noise', which is needed; add it"),
+        # Keys.
+        (
+            "compression.thickness_mm",
+            {"Small": 45.0},
+            "thickness_mm has no key 'Small': must be text of lower case letters, digits and _; write small",
+        ),
+        ("xray.peak_kv ", 28, "xray has no key 'peak_kv '; did you mean 'peak_kv'?"),
+        ("xray.Peak_kV", 28, "xray has no key 'Peak_kV'; did you mean 'peak_kv'?"),
+        ("mechanics.swep", {}, "mechanics has no key 'swep'; did you mean 'sweep'?"),
+        ("sede", 1, "there is no key 'sede'; did you mean 'seed'?"),
+    ],
+)
+def test_a_value_that_cannot_be_meant_is_told_in_one_line(settings, schema, name, value, words):
+    message = rejection(put(settings, name, value), schema)
+    assert message.startswith("mine.yaml: ")
+    assert words in message
+    assert "\n" not in message
+
+
+def test_no_unit_is_guessed_that_would_not_make_the_value_right(settings, schema):
+    assert "was it given" not in rejection(put(settings, "xray.peak_kv", 120), schema)
+    put(settings, "xray.peak_kv", 28.0)
+    assert "was it given" not in rejection(put(settings, "digital.women.small.skin.mean_mm", 6), schema)
+
+
+def test_only_the_bad_name_is_blamed(settings, schema):
+    message = rejection(put(settings, "digital.women.Ada", {"seed": 3}), schema)
+    words = "a name has lower case letters, digits and _ only; write ada"
+    assert message == f"mine.yaml: digital.women has no key 'Ada': {words}"
+
+
+def test_a_missing_key_is_named_with_where_to_take_it_from(settings, schema):
+    del settings["xray"]["peak_kv"]
+    assert "xray lacks peak_kv; add it, or take it from config/default.yaml" in rejection(settings, schema)
+
+
+def test_every_problem_is_reported_at_once_and_each_once(settings, schema):
     settings["sede"] = 1
+    settings["xray"]["peak_kv"] = INFINITY
+    settings["propagation"] |= {"draws": 3, "pressed": 6}
+    lines = rejection(settings, schema, relations=RELATIONS["config"]).splitlines()
+    assert len(lines) == 3
+    assert all(line.startswith("mine.yaml: ") for line in lines)
+    for words in ("'seed'", "xray.peak_kv = inf", "propagation.pressed = 6"):
+        assert len([line for line in lines if words in line]) == 1
+
+
+def test_the_file_that_gave_a_value_is_named(settings, schema):
+    """Settings are laid over each other; the one that was given last is at fault, of two keys the later."""
+    mine = {"xray": {"peak_kv": 120}, "mechanics": {"stress_free": {"methods": ["fixed_point"]}}}
     settings["xray"]["peak_kv"] = 120
-    message = refusal(settings, schema)
-    assert "did you mean 'seed'?" in message
-    assert "xray.peak_kv = 120: must be at most 40" in message
+    settings["mechanics"]["stress_free"]["methods"] = ["fixed_point"]
+    settings["seed"] = -1
+    files = {"default.yaml": copy.deepcopy(settings), "mine.yaml": mine, "--config": {"seed": -1}}
+    lines = rejection(settings, schema, files, relations=RELATIONS["config"]).splitlines()
+    assert sorted(line.split(": ")[0] for line in lines) == ["--config", "mine.yaml", "mine.yaml"]
+
+
+def test_of_a_value_of_several_kinds_the_one_that_is_meant_is_judged(repository, schemas):
+    scene = yaml.safe_load((repository / "config/scenes/dose.yaml").read_text())
+    check_settings(scene | {"accuracy": {"agd_percent": "1e0"}}, schemas["scene"], files=["-"])
+    wrong = scene | {"accuracy": {"agd_percent": -1}}
+    assert "accuracy.agd_percent = -1: must be a number more than 0" in rejection(wrong, schemas["scene"])
+    assert "accuracy = 3: must be" in rejection(scene | {"accuracy": 3}, schemas["scene"])
+
+
+@pytest.mark.parametrize("nothing", [None, [], "seed:1", 3])
+def test_a_file_without_keys_is_rejected(schemas, nothing):
+    message = rejection(nothing, schemas["compression"])
+    assert message.startswith("mine.yaml: the file ")
+    assert "must be a group of keys" in message
+
+
+def test_what_hard_cases_try_may_be_no_number(repository):
+    """The mechanics has to reject it, which is what they are about."""
+    schema = yaml.safe_load((repository / "workflow/schemas/hard_cases.schema.yaml").read_text())
+    cases = yaml.safe_load((repository / "config/hard_cases.yaml").read_text())
+    check_settings(cases, schema, files=["-"], finite=False)
+    assert "= nan" in rejection(cases, schema)
 
 
 def table(**change) -> list[dict[str, str]]:

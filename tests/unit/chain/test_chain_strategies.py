@@ -153,11 +153,11 @@ def test_the_published_strategies_are_accepted_and_can_be_built(repository, sche
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"until": {"force_share": 50}}, "given in percent? Divide by 100"),
-        ({"until": {"force_n": 1e5}}, "given in mN? Divide by 1000"),
+        ({"until": {"force_share": 50}}, "given in percent? Write 0.5"),
+        ({"until": {"force_n": 1e5}}, "given in mN? Write 100"),
         ({"until": {"force_n": 50, "force_share": 0.5}}, "exactly one of thickness_share"),
         ({"until": {"forse_n": 50}}, "did you mean 'force_n'?"),
-        ({"until": {"force_n": 50}, "paddle": {"tilting": {"stiffness_n_mm_per_rad": 1e9}}}, "given in N m"),
+        ({"until": {"force_n": 50}, "paddle": {"tilting": {"stiffness_n_mm_per_rad": 1e9}}}, "at most 1e+06"),
         ({"paddle": {}}, "lacks until"),
     ],
 )

@@ -7,7 +7,7 @@ from matplotlib.patches import Rectangle
 
 from mammosim.figures.scenes import effects, scenes
 from mammosim.figures.softening import softening
-from mammosim.figures.style import BLUE, VERMILION
+from mammosim.figures.style import BLUE, SERIES, VERMILION
 
 DECISIONS = pd.DataFrame(
     {
@@ -63,3 +63,17 @@ def test_softening_has_a_line_for_gland_and_for_all_of_every_breast_and_all_pass
     for ax in axes:
         assert len(ax.lines) == 2
         assert all(0.0 in line.get_xdata() for line in ax.lines)
+
+
+def test_softening_draws_more_breasts_than_there_are_colours():
+    one = pd.DataFrame(
+        {"tissue": ["all", "glandular", "all"], "factor": [1.0, 0.7, 0.7], "nipple_moved_mm": [0.0, 1.0, 3.0],
+         "force_n": [2.0, 1.8, 1.4], "thickness_mm": [45.0, 44.0, 41.0], "agd_mgy": [2.0, 1.9, 1.7]}
+    )  # fmt: skip
+    breasts = len(SERIES) + 2
+    figure = softening(
+        pd.concat([one.assign(volunteer=f"v{number}", side="left") for number in range(breasts)])
+    )
+    assert [len(ax.lines) for ax in figure.axes] == [2 * breasts] * 4
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert named[:breasts] == [f"v{number} left" for number in range(breasts)]

@@ -55,6 +55,14 @@ def test_a_quantity_outside_its_gate_has_another_colour():
     assert inside.get_color() != outside.get_color()
 
 
+def test_any_number_of_routes_is_drawn():
+    rows = [(f"route {number}", "a protocol", 0.2 + 0.01 * number) for number in range(9)]
+    one = pd.DataFrame(rows, columns=["route", "protocol", "agd_mgy_per_mgy"]).assign(standard_error=0.01)
+    standard = one[1:3].assign(thickness_mm=50.0, glandularity_percent=50.0)
+    left, _ = dose_routes(one.assign(volunteer="small", side="left"), standard).axes
+    assert len(left.get_legend_handles_labels()[1]) == 9
+
+
 def test_every_route_of_every_breast_is_drawn():
     rows = [("Monte Carlo", "this breast, Monte Carlo", 0.25), ("Monte Carlo", "standard breast", 0.3),
             ("Dance g c s", "standard breast", 0.31)]  # fmt: skip

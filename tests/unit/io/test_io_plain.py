@@ -1,6 +1,9 @@
 """Plain tables and nested values, as a start of the workflow reads them."""
 
-from mammosim.io.plain import not_finite, read_plain, repeated
+import pytest
+
+from mammosim.core.errors import ConfigurationError
+from mammosim.io.plain import read_plain, repeated
 
 
 def test_rows_are_text_and_comments_are_left_out(tmp_path):
@@ -12,9 +15,12 @@ def test_rows_are_text_and_comments_are_left_out(tmp_path):
     assert read_plain(tmp_path / "b.csv") == [{"name": "a, b", "mm": "1.5"}]
 
 
-def test_numbers_that_are_not_finite_are_named_by_where_they_are():
-    values = {"mesh": {"mm": float("nan"), "n": 3}, "list": [1.0, float("inf")], "word": "nan"}
-    assert not_finite(values) == ["mesh.mm", "list[1]"]
+def test_a_table_that_is_not_there_or_is_no_text_is_named(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"none\.tsv cannot be read: No such file"):
+        read_plain(tmp_path / "none.tsv")
+    (tmp_path / "latin.tsv").write_bytes(b"name\nJos\xe9\n")
+    with pytest.raises(ConfigurationError, match=r"latin\.tsv: byte 0xe9 is no UTF-8"):
+        read_plain(tmp_path / "latin.tsv")
 
 
 def test_what_stands_twice_is_named_once():
