@@ -5,7 +5,7 @@ ACCURACY = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"
 TRIED = ACCURACY["volunteer"]  # the volunteer
 known_strategies([ACCURACY["load"]["strategy"]], WAYS, config["accuracy"])
 TRIED_PLACES = {"v": TRIED, "side": ACCURACY["side"], "moduli": "gravity"} | ACCURACY["load"]
-TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
+TRIED_MEASURED = ("scan", "strokes", "given_labels", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
 TRIED_SETTINGS = settings_of(TRIED_PLACES)
 TRIED_PRODUCTS = ("loaded", "exposed_dose", "mammogram", "slices")
 try:
