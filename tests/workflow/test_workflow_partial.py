@@ -1,0 +1,162 @@
+"""Any part of the chain alone: of each volunteer what her data allow is planned, and the rest is named with its reason.
+
+The data of a digital volunteer are given in parts, under another name, in a folder where nothing else is.
+"""
+
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+from tests.workflow.conftest import Study
+
+from mammosim.io.images import read_labels
+
+pytestmark = pytest.mark.workflow
+ONE = "ada was scanned in one position, two are needed"
+MAMMOGRAM = "results/xray/ada/left/standard_gravity_mammogram.csv"
+# From what is given to the mammogram, whatever it is.
+ALWAYS = {"check_input", "fiducials", "mesh", "stress_free", "standard_path", "compress", "phantom", "field"}
+ALWAYS |= {"spectrum", "scatter", "mammogram"}
+# Smaller than the tiny study: what is asked is whether there is an answer.
+SMALLEST = {
+    "mesh": {"element_mm": {"breast": 26.0, "chest": 34.0}},
+    "compression": {"thickness_mm": {"ada": 45.0}, "steps": 3},
+    "xray": {
+        **{"energies": 4, "voxel_mm": 5.0, "pixel_mm": 3.0, "scatter_error_percent": 30.0},
+        "calcifications": {"pixel_mm": 0.4, "images": 5},
+    },
+}
+
+
+@dataclass(frozen=True)
+class Own:
+    """The study of one woman: a folder with her table and the files that it names."""
+
+    study: Study
+    settings: Path
+
+    def ask(self, *arguments: str):
+        """Run snakemake with her settings."""
+        smoke = str(self.study.home / "config/smoke.yaml")
+        return self.study.snakemake("--configfile", smoke, str(self.settings), *arguments)
+
+    def rules(self, *targets: str) -> set[str]:
+        """The rules that a dry run would run, and those of other women with a star."""
+        smoke = str(self.study.home / "config/smoke.yaml")
+        jobs = self.study.jobs("--configfile", smoke, str(self.settings), "--", *targets)
+        others = {job for job in jobs if any(name in job for name in ("small", "large", "fibrous", "made_"))}
+        return {job.split(":")[0] for job in set(jobs) - others} | {f"{job} *" for job in others}
+
+
+@pytest.fixture
+def own(finished, tmp_path):
+    """Of rows of the table of volunteers, the study of ada alone, in a folder of its own; files are in data."""
+    run = tmp_path / "run"
+    run.mkdir()
+    raw = finished.run / "results/raw/small"
+    (run / "data").mkdir()
+    for position in ("prone", "supine"):
+        shutil.copytree(raw / position, run / "data" / position)
+        for what in ("fiducials", "strokes"):
+            shutil.copy(raw / f"{position}_{what}.csv", run / "data")
+    shutil.copy(finished.run / "results/segmentation/small/prone.nii.gz", run / "data/prone_labels.nii.gz")
+
+    def of(*rows: dict[str, str], **settings) -> Own:
+        rows = [{"volunteer": "ada", "position": "prone", "gravity": "0 -1 0"} | row for row in rows]
+        pd.DataFrame(rows).to_csv(run / "volunteers.tsv", sep="\t", index=False)
+        values = {"volunteers": ["ada"], "volunteer_table": "volunteers.tsv"} | SMALLEST | settings
+        (tmp_path / "own.yaml").write_text(yaml.safe_dump(values))
+        return Own(replace(finished, run=run), tmp_path / "own.yaml")
+
+    return of
+
+
+SERIES = {"images": "data/prone", "strokes": "data/prone_strokes.csv"}
+SUPINE = {"position": "supine", "gravity": "0 1 0", "images": "data/supine", "strokes": "data/supine_strokes.csv"}
+
+
+def test_one_series_without_markers_plans_her_own_stages_up_to_the_mammogram(own):
+    ada = own(SERIES)
+    assert ada.rules(MAMMOGRAM) == ALWAYS | {"import_image", "segment"}
+    told = [line for line in ada.ask("--dry-run", MAMMOGRAM).stdout.splitlines() if line.startswith("Not planned")]
+    assert len(told) == 1, "one line"
+    assert "no fit of moduli" in told[0]
+    assert told[0].endswith(f"{ONE}.")
+
+
+def test_the_study_of_one_series_asks_for_no_fit_and_fails_nowhere(own):
+    ada = own(SERIES)
+    rules = ada.rules("study")
+    assert {"report", "not_planned", "tomosynthesis", "dose", "upright", "figure_stress_free"} <= rules
+    unplanned = {"register", "identify", "identify_grid", "validate", "propagate", "morph", "sweep", "moduli_ratio"}
+    assert rules.isdisjoint(unplanned | {"take_labels", "figure_moduli", "figure_registration", "figure_morph"})
+    assert not [rule for rule in rules if rule.endswith("*")], "nothing of other women"
+
+
+def test_two_series_without_markers_use_one_of_them(own):
+    ada = own(SERIES, SUPINE)
+    assert ada.rules(MAMMOGRAM) == ALWAYS | {"import_image", "segment"}
+    assert "no markers are given for ada" in ada.ask("--dry-run", MAMMOGRAM).stdout
+
+
+def test_two_marked_series_plan_a_fit_and_no_validation(own):
+    marked = [row | {"fiducials": f"data/{p}_fiducials.csv"} for p, row in (("prone", SERIES), ("supine", SUPINE))]
+    ada = own(*marked)
+    rules = ada.rules("study")
+    assert {"register", "identify", "morph", "sweep", "figure_identification"} <= rules
+    assert rules.isdisjoint({"propagate", "figure_validation"})
+    assert "no position of ada is held out of the fit" in ada.ask("--dry-run", "study").stdout
+
+
+def test_labels_alone_go_to_a_mammogram_without_any_image(own):
+    """Planned without segmentation and registration, and run: her labels are the product of segmentation."""
+    ada = own({"labels": "data/prone_labels.nii.gz"})
+    assert ada.rules(MAMMOGRAM) == ALWAYS | {"take_labels"}
+    result = ada.ask("--", MAMMOGRAM, "results/study/not_planned.csv")
+    assert result.returncode == 0, result.stdout[-6000:]
+    assert "no segmentation: labels are given for ada" in result.stdout
+    row = pd.read_csv(ada.study.run / MAMMOGRAM).iloc[0]
+    assert (row.volunteer, row.moduli) == ("ada", "gravity")
+    assert row.mas > 0
+    assert row.cnr_quantum > 0
+    given, used = (ada.study.run / "data/prone_labels.nii.gz", ada.study.run / "results/segmentation/ada/prone.nii.gz")
+    assert (read_labels(given).values == read_labels(used).values).all()
+    rows = pd.read_csv(ada.study.run / "results/study/not_planned.csv").set_index("not_planned").reason
+    assert rows["segmentation"] == "labels are given for ada"
+    assert rows["fit of moduli"] == rows["registration"] == ONE
+
+
+def test_labels_that_nobody_knows_end_the_run_at_once(own):
+    ada = own({"labels": "data/prone"})
+    result = ada.ask("--", MAMMOGRAM)
+    assert result.returncode != 0
+    assert "check_input ada prone: ImageError" in "\n".join(result.stdout.splitlines()[-20:])
+
+
+def test_a_woman_scanned_prone_only_needs_no_supine(own):
+    """K12 of the cases: prone is the reference, nothing is held out, and no fit is asked."""
+    ada = own(
+        SERIES | {"fiducials": "data/prone_fiducials.csv"},
+        reference_position="prone",
+        segmentation={"positions": ["prone"]},
+        validation={"positions": []},
+    )
+    result = ada.ask("--dry-run", "study")
+    assert result.returncode == 0, result.stdout[-3000:]
+    assert f"no fit of moduli, no validation, no propagation of the fit's uncertainty: {ONE}." in result.stdout
+
+
+def test_a_volunteer_without_thickness_is_named(study, tmp_path):
+    """K06 of the cases: ada beside a digital volunteer, who needs no row of the table."""
+    table, extra = tmp_path / "volunteers.tsv", tmp_path / "extra.yaml"
+    head, values = ("volunteer", "position", *SERIES, "gravity"), ("ada", "prone", *SERIES.values(), "0 -1 0")
+    table.write_text("\n".join("\t".join(cells) for cells in (head, values)) + "\n")
+    extra.write_text(yaml.safe_dump({"volunteers": ["small", "ada"], "volunteer_table": str(table)}))
+    smoke = str(study.home / "config/smoke.yaml")
+    result = study.snakemake("--dry-run", "--configfile", smoke, str(extra))
+    assert result.returncode != 0
+    assert "ConfigurationError: compression.thickness_mm lacks ada" in result.stdout
+    assert "KeyError" not in result.stdout
