@@ -1,4 +1,4 @@
-"""Reject an image, a label map or a fiducial list that cannot be used, before anything long runs; note what it offers."""
+"""Reject images, labels or a fiducial list that cannot be used, before anything long runs."""
 
 from pathlib import Path
 
@@ -17,8 +17,12 @@ from mammosim.io.images import read_image, read_labels
 from mammosim.io.tables import write_table
 
 
-def main(files: dict[str, str], job: dict, gravity: np.ndarray, *, found: bool, registered: bool, out: str) -> None:
-    given = [usable(files[kind], kind, job["position"], gravity) for kind in ("labels", "images") if kind in files]
+def main(
+    files: dict[str, str], job: dict, gravity: np.ndarray, *, found: bool, registered: bool, out: str
+) -> None:
+    given = [
+        usable(files[kind], kind, job["position"], gravity) for kind in ("labels", "images") if kind in files
+    ]
     image = given[-1]  # an image tells more than the outline of labels
     if "listed" in files:
         check_list(files["listed"], image, found=found, registered=registered)

@@ -85,7 +85,7 @@ class Data:
 
 
 def reasons(data: Data, chain: Chain) -> dict[str, str]:
-    """Each stage of the chain of her breast, and each of QUESTIONS: why her data do not allow it, else ''.
+    """Of each stage of the chain of her breast, and each of QUESTIONS, why her data do not allow it, else ''.
 
     A stage that needs one which is not allowed is not allowed for the same reason.
     """
@@ -100,14 +100,18 @@ def reasons(data: Data, chain: Chain) -> dict[str, str]:
 def _roots(data: Data) -> dict[str, str]:
     """What her data do not allow by themselves."""
     given, name = data.given[data.base], data.name
-    found = dict.fromkeys(("registration", "reference_scan", "reference_fiducials", "reference_mesh"), data.apart)
+    found = dict.fromkeys(
+        ("registration", "reference_scan", "reference_fiducials", "reference_mesh"), data.apart
+    )
     found |= {
         "scan": "" if IMAGES in given else f"no images are given for {name}",
         "listed": "" if FIDUCIALS in given else f"no markers are given for {name}",
         "segmentation": f"labels are given for {name}" if LABELS in given else "",
         "given_labels": "" if LABELS in given else f"no labels are given for {name}",
         "upright": "" if data.base == "prone" else f"{name} was not scanned prone",
-        "validation": "" if set(data.held_out) & set(data.given) else f"no position of {name} is held out of the fit",
+        "validation": ""
+        if set(data.held_out) & set(data.given)
+        else f"no position of {name} is held out of the fit",
     }
     if FIDUCIALS not in given and data.base != "prone":
         found["fiducials"] = f"no nipples are given for {name}, which are found in prone only"
@@ -128,7 +132,7 @@ def not_planned(found: Mapping[str, str]) -> list[tuple[str, str]]:
 
 
 def in_one_line(rows: Iterable[tuple[str, str]]) -> str:
-    """What is not planned of one volunteer: 'no registration, no fit of moduli: ...; no segmentation: ...'."""
+    """What is not planned of one volunteer: 'no registration, no fit of moduli: why; no segmentation: why'"""
     by_reason: dict[str, list[str]] = {}
     for what, why in rows:
         by_reason.setdefault(why, []).append(f"no {what}")

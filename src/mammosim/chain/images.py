@@ -71,7 +71,7 @@ save_moved_fiducials = save_fiducials
 def fiducials(inputs: Inputs) -> Fiducials:
     """The list of a person, scanner frame; its chest markers as found in the image where asked for.
 
-    Without a list the nipples, as found in the labels. Only to bring positions together chest markers are needed.
+    Without a list the nipples, as found in the labels. Chest markers are needed to bring positions together.
     """
     if not is_marked(inputs):
         return nipples(inputs["labels"])

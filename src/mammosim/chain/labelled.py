@@ -1,7 +1,7 @@
 """What a label map tells by itself: whether it can be used, and where the nipples and the chest are.
 
-A person's labels stand in the place of a segmentation; nipples and chest are found so where nobody marked them.
-Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
+A person's labels stand in the place of a segmentation; nipples and chest are found so where nobody marked
+them. Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
 """
 
 import numpy as np
@@ -14,11 +14,11 @@ from mammosim.core.volume import Image, LabelMap
 
 # Voxels of no body: balls on the skin are none of it.
 OUTSIDE = (Label.AIR, Label.MARKER)
-# ASSUME: the nipple of a hanging breast is in the middle of the tissue farthest from the rib cage, to 3 mm. On the
-# labels of a digital volunteer at 4 mm that was 7 and 11 mm off; its lowest tissue was 2 and 15 mm off.
+# ASSUME: the nipple of a hanging breast is in the middle of the tissue farthest from the rib cage, to 3 mm. In
+# labels of a digital volunteer, of 4 mm, that was 7 and 11 mm off; her lowest tissue was 2 and 15 mm off.
 TIP_MM = 3.0
-# ASSUME: slices belong to the breasts where they stand out more than 10 mm in front of the midline's skin; 20 mm
-# above and below of them are modelled, too, which is where fat and muscle are held.
+# ASSUME: a slice belongs to the breasts where they stand out 10 mm in front of the midline's skin;
+# 20 mm above and below are modelled, too, where fat and muscle are held.
 STANDS_OUT_MM, BEYOND_MM = 10.0, 20.0
 # ASSUME: skin within 10 mm of the midline is that of the breastbone.
 MIDLINE_MM = 10.0
@@ -38,7 +38,9 @@ def usable_labels(labels: LabelMap, path: str) -> LabelMap:
         )
     grid = labels.grid
     if not all(np.isfinite(values).all() for values in (grid.spacing, grid.origin, grid.direction)):
-        raise ImageError(f"{path}: spacing, origin and axes must be finite numbers; export the label map again")
+        raise ImageError(
+            f"{path}: spacing, origin and axes must be finite numbers; export the label map again"
+        )
     return labels
 
 
@@ -56,8 +58,8 @@ def nipples(labels: LabelMap) -> Fiducials:
     thorax = labels.values == Label.THORAX
     if not thorax.any():
         raise FiducialError(
-            f"no voxel is labelled as thorax ({Label.THORAX:d}), which the nipples are farthest from; label the rib "
-            "cage, or list nipple_left and nipple_right"
+            f"no voxel is labelled as thorax ({Label.THORAX:d}), which the nipples are farthest from; label "
+            "the rib cage, or list nipple_left and nipple_right"
         )
     depth = ndimage.distance_transform_edt(~thorax, sampling=labels.grid.spacing[::-1])
     points, depth = _body(labels), depth[~np.isin(labels.values, OUTSIDE)]
@@ -65,7 +67,9 @@ def nipples(labels: LabelMap) -> Fiducials:
     front = points[:, 1] < points[:, 1][depth == 0].min()  # what lies beside the rib cage is no breast
     halves = {"left": left & front, "right": ~left & front}
     if absent := [side for side, half in halves.items() if not half.any()]:
-        raise FiducialError(f"nothing on the {absent[0]} is in front of the rib cage; list nipple_{absent[0]} by hand")
+        raise FiducialError(
+            f"nothing on the {absent[0]} is in front of the rib cage; list nipple_{absent[0]} by hand"
+        )
     found = [_tip(points[half], depth[half]) for half in halves.values()]
     return Fiducials(tuple(f"nipple_{side}" for side in halves), ("nipple",) * 2, np.array(found))
 
@@ -80,7 +84,9 @@ def chest_limits(labels: LabelMap, fiducials: Fiducials) -> np.ndarray:
     middle = float(listed[:, 0].mean()) if len(listed) == 2 else _midline_mm(points)
     slices = np.rint(points[:, 2] / labels.grid.spacing[2]).astype(int)
     rows = np.unique(slices)
-    front, chest = (_front(points[which], slices[which], rows) for which in (slice(None), _near(points, middle)))
+    front, chest = (
+        _front(points[which], slices[which], rows) for which in (slice(None), _near(points, middle))
+    )
     out = np.flatnonzero(chest - front > STANDS_OUT_MM)
     if not len(out):
         raise FiducialError("no breast stands out in front of the midline; list chest_1 to chest_4 by hand")

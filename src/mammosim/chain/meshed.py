@@ -33,7 +33,7 @@ def scanned_mesh(labels: LabelMap, chest: np.ndarray, settings: Mapping[str, Any
 
 
 def mesh(inputs: Inputs) -> TetMesh:
-    """The body, common frame; where there are no chest markers, cut where its shape says that the breasts end."""
+    """The body, common frame; without chest markers cut where its shape says that the breasts end."""
     breast: Breast = inputs["breast"]
     chest = breast.fiducials.of_kind("chest")
     chest = chest if len(chest) else chest_limits(breast.labels, breast.fiducials)

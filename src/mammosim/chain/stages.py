@@ -2,8 +2,8 @@
 
 Wildcards of the paths: v, the volunteer; p, the position that the model is made of, and reference, that whose
 frame is common; position, that of a load; side; method, of the stress-free shape; strategy and moduli, of a
-compression; strokes, listed and given_labels, the files that a person drew; also, empty for what the study asks for by
-itself, else a dash and eight digits that tell a variant (results/variants.tsv).
+compression; strokes, listed and given_labels, the files that a person drew; also, empty for what the study
+asks for by itself, else a dash and eight digits that tell a variant (results/variants.tsv).
 """
 
 from collections.abc import Iterable, Mapping

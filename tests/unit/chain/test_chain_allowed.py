@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from tests.small_breast import study_settings
+from small_breast import study_settings
 
 from mammosim.chain.allowed import Data, in_one_line, not_planned, reasons
 from mammosim.chain.graph import Chain
@@ -21,7 +21,7 @@ def prone(*given: str) -> Data:
 
 @pytest.fixture(scope="module")
 def found(repository):
-    """Why her data do not allow a stage or question; of the default study or with another start of unloading."""
+    """Why her data do not allow a stage or question; changes: of the settings of the stress-free shape."""
     settings = study_settings(repository)
 
     def of(data: Data, **changes: str) -> dict[str, str]:
@@ -43,9 +43,28 @@ def test_three_marked_positions_allow_everything(found):
 
 def test_one_position_has_no_fit_and_no_registration_and_still_a_mammogram(found):
     given = found(prone("images", "strokes", "fiducials"))
-    for name in ("registration", "transform", "moved_scan", "mean_shape", "sweep", "fit", "validation", "softening"):
+    for name in (
+        "registration",
+        "transform",
+        "moved_scan",
+        "mean_shape",
+        "sweep",
+        "fit",
+        "validation",
+        "softening",
+    ):
         assert given[name] == ONE, name
-    for name in ("labels", "fiducials", "mesh", "stress_free", "pressed", "dose", "mammogram", "slices", "upright"):
+    for name in (
+        "labels",
+        "fiducials",
+        "mesh",
+        "stress_free",
+        "pressed",
+        "dose",
+        "mammogram",
+        "slices",
+        "upright",
+    ):
         assert given[name] == "", name
 
 
@@ -75,12 +94,14 @@ def test_without_markers_nothing_is_registered_and_one_position_is_used(found):
 def test_nipples_that_nobody_marked_are_found_in_prone_only(found):
     supine = replace(ADA, given={"supine": SERIES - {"fiducials"}})
     given = found(supine)
-    assert given["mesh"] == given["mammogram"] == "no nipples are given for ada, which are found in prone only"
+    assert (
+        given["mesh"] == given["mammogram"] == "no nipples are given for ada, which are found in prone only"
+    )
     assert found(replace(ADA, given={"supine": SERIES}))["mammogram"] == ""
 
 
 def test_a_fit_without_a_held_out_position_is_not_validated(found):
-    given = found(replace(ADA, given={p: SERIES for p in ("prone", "supine")}))
+    given = found(replace(ADA, given=dict.fromkeys(("prone", "supine"), SERIES)))
     assert given["fit"] == ""
     assert given["validation"] == given["propagation"] == "no position of ada is held out of the fit"
 
