@@ -14,8 +14,8 @@ from mammosim.core.volume import Image, LabelMap
 
 # Voxels of no body: balls on the skin are none of it.
 OUTSIDE = (Label.AIR, Label.MARKER)
-# ASSUME: the nipple of a hanging breast is in the middle of the tissue farthest from the rib cage, to 3 mm. In
-# labels of a digital volunteer, of 4 mm, that was 7 and 11 mm off; her lowest tissue was 2 and 15 mm off.
+# ASSUME: the nipple of a hanging breast is in the middle of the tissue farthest from the rib cage, to 3 mm.
+# In labels of a digital volunteer, of 4 mm, that was 7 and 11 mm off; her lowest tissue was 2 and 15 mm off.
 TIP_MM = 3.0
 # ASSUME: a slice belongs to the breasts where they stand out 10 mm in front of the midline's skin;
 # 20 mm above and below are modelled, too, where fat and muscle are held.
