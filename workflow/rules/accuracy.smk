@@ -4,7 +4,7 @@ from dataclasses import asdict
 from mammosim.study.accuracy.parameters import AccuracySettings, parameters
 
 ACCURACY_VALUES = checked(read_yaml(config["accuracy"]), "accuracy", [config["accuracy"]], known=KNOWN)
-TRIED_MEASURED = ("scan", "strokes", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
+TRIED_MEASURED = ("scan", "strokes", "given_labels", "fiducials", "reference_scan", "reference_fiducials", *BOTH)
 TRIED_PRODUCTS = ("loaded", "exposed_dose", "mammogram", "slices")
 try:
     ACCURACY = AccuracySettings.of(ACCURACY_VALUES)

@@ -4,7 +4,6 @@ from mammosim.chain.graph import nested, overridden, pruned, read_by, upstream
 from mammosim.chain.stages import STAGES
 
 STRESS_FREE = config["mechanics"]["stress_free"]
-MODELLED_IN = STRESS_FREE["position"]  # the position that the model is made of
 OF_CHAIN = ("registration", "segmentation", "mesh", "morph", "mechanics", "effects", "compression", "xray")
 EFFECTS = [*config["mechanics"]["effects"], *config["xray"]["effects"]]
 PLACEHOLDERS = {name: f"{{{name}}}" for name in "v p side method strategy moduli position also".split()}
@@ -12,9 +11,12 @@ PLACEHOLDERS = {name: f"{{{name}}}" for name in "v p side method strategy moduli
 
 def places(wildcards):
     """The wildcards of the table's paths: those of a job, and of the study where it has none."""
-    found = {"p": MODELLED_IN, "reference": REFERENCE, "method": STRESS_FREE["default"], "also": "", **wildcards}
-    listed = VOLUNTEERS.get((found.get("v"), found["p"]))
-    return found | {"strokes": listed.strokes if listed else "", "listed": listed.fiducials if listed else ""}
+    found = {"method": STRESS_FREE["default"], "also": "", **wildcards}
+    if "v" not in found:
+        return found
+    found = {"p": modelled_in(found["v"]), "reference": reference_of(found["v"]), **found}
+    given = VOLUNTEERS[found["v"], found["p"]]
+    return found | {"strokes": given.strokes, "listed": given.fiducials, "given_labels": given.labels}
 
 
 def load_of(wildcards):
@@ -56,8 +58,46 @@ def subject_of(wildcards):
         "gravity": gravity(v, p),
         "streams": [seed, v, side],
         "scan": [seed, v, p],
-        "moves": p != REFERENCE,
+        "moves": p != reference_of(v),
+        "has": list(data_of(v).has(p)),
     }
+
+
+@cache
+def lacking(volunteer, method=STRESS_FREE["default"]):
+    """Each stage and question: why her data do not allow it, '' where they do."""
+    wildcards = {"v": volunteer, "side": "left", "strategy": "standard", "moduli": "gravity", "method": method}
+    settings, effects = study_case(wildcards)
+    chain = chain_of({"subject": subject_of(wildcards), "settings": settings, "effects": effects}, {})
+    return allowed.reasons(data_of(volunteer), chain)
+
+
+def able(*asked):
+    """The volunteers whose data allow all that is asked."""
+    return [v for v in WOMEN if not any(lacking(v)[name] for name in asked)]
+
+
+def methods_of(volunteer):
+    """The ways to the stress-free shape that her data allow."""
+    return [method for method in STRESS_FREE["methods"] if not lacking(volunteer, method)["stress_free"]]
+
+
+def in_common(volunteer, position):
+    """Markers and nipples of a position in the frame of her model: as they are where nothing is registered."""
+    if data_of(volunteer).apart:
+        return f"results/fiducials/{volunteer}/{position}.csv"
+    return f"results/registration/{volunteer}/{position}_fiducials.csv"
+
+
+def stress_free_of(volunteer, methods):
+    """Her stress-free shapes by these methods."""
+    folder = f"results/mechanics/{volunteer}/stress_free"
+    return [f"{folder}/{modelled_in(volunteer)}_{method}.vtu" for method in methods]
+
+
+def motion_of(volunteer, position):
+    """The motion of a position into the frame of her model; none where nothing is registered."""
+    return [] if data_of(volunteer).apart else f"results/registration/{volunteer}/{position}.tfm"
 
 
 def study_case(wildcards):
@@ -116,11 +156,25 @@ def study_chain(wildcards):
 
 
 def measured(volunteer, *products):
-    """The files of a volunteer's own measurements, and of what was labelled in them, for any job."""
+    """The files of a volunteer's own measurements, and of what was labelled in them, for any job.
+
+    Of what she has: those of another position only where hers is moved into its frame.
+    """
     found = {}
-    for name in products:
+    for name in (name for name in products if gives(volunteer, name)):
         found |= {f"{name}__{file}": path for file, path in STAGES[name].files.paths(places({"v": volunteer})).items()}
     return found
+
+
+def gives(volunteer, name):
+    """Whether her data give a product: those that bring a position into another's frame only where hers is moved."""
+    moved = modelled_in(volunteer) != reference_of(volunteer)
+    return not lacking(volunteer)[name] and (moved or not name.startswith(("transform", "reference_")))
+
+
+def breast_of(volunteer, *more):
+    """The files of what her breast is made of, and of more."""
+    return measured(volunteer, "labels", "fiducials", "transform", *BOTH, *more)
 
 
 def softening_given(volunteer, side):
@@ -136,7 +190,6 @@ def propagated_given(volunteer, side):
 
 
 BOTH = ["reference_mesh"] if "mean_start" in (STRESS_FREE["default"], f"{STRESS_FREE['start']}_start") else []
-BREAST_FILES = ("labels", "fiducials", "transform", *BOTH)
 
 
 def writes(*products):

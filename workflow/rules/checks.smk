@@ -9,7 +9,7 @@ rule score_registration:
         steps="results/registration/{w}/{p}_steps.csv",
         fiducials=f"results/fiducials/{{w}}/{{p}}.csv",
         true_moving="results/truth/{w}/{p}_motion.tfm",
-        true_fixed=f"results/truth/{{w}}/{REFERENCE}_motion.tfm",
+        true_fixed=lambda wildcards: f"results/truth/{wildcards.w}/{reference_of(wildcards.w)}_motion.tfm",
         library=library("score_registration.py"),
     output:
         "results/scores/{w}/registration_{p}.csv",
@@ -44,9 +44,9 @@ rule score_segmentation:
 rule score_stress_free:
     """Distance between the estimated and the true stress-free skin."""
     input:
-        shape=f"results/mechanics/{{w}}/stress_free/{STRESS_FREE['position']}_{{method}}.vtu",
+        shape=lambda wildcards: stress_free_of(wildcards.w, [wildcards.method])[0],
         truth="results/truth/{w}/stress_free.vtu",
-        motion=f"results/truth/{{w}}/{REFERENCE}_motion.tfm",
+        motion=lambda wildcards: f"results/truth/{wildcards.w}/{reference_of(wildcards.w)}_motion.tfm",
         library=library("score_stress_free.py"),
     output:
         "results/scores/{w}/stress_free_{method}.csv",

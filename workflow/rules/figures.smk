@@ -9,13 +9,13 @@ MODULI_HERE = {
 rule figure_positions:
     """One volunteer as scanned in every position."""
     input:
-        images=lambda wildcards: [f"results/images/{wildcards.v}/{p}.nii.gz" for p in positions(wildcards.v)],
-        fiducials=lambda wildcards: [f"results/fiducials/{wildcards.v}/{p}.csv" for p in positions(wildcards.v)],
+        images=lambda wildcards: [f"results/images/{wildcards.v}/{p}.nii.gz" for p in imaged(wildcards.v)],
+        fiducials=lambda wildcards: [f"results/fiducials/{wildcards.v}/{p}.csv" for p in imaged(wildcards.v)],
         library=library("figure_positions.py"),
     output:
         "results/study/figures/positions_{v}.png",
     params:
-        gravity=lambda wildcards: {p: gravity(wildcards.v, p) for p in positions(wildcards.v)},
+        gravity=lambda wildcards: {p: gravity(wildcards.v, p) for p in imaged(wildcards.v)},
     log:
         "results/logs/figure_positions/{v}.log",
     benchmark:
@@ -73,7 +73,7 @@ rule figure_mesh:
     """The mesh of one position, with its tissues on a cut."""
     input:
         mesh="results/meshes/{v}/{p}.vtu",
-        fiducials="results/registration/{v}/{p}_fiducials.csv",
+        fiducials=lambda wildcards: in_common(wildcards.v, wildcards.p),
         library=library("figure_mesh.py"),
     output:
         "results/study/figures/mesh_{v}_{p}.png",
@@ -91,7 +91,7 @@ rule figure_upright:
     """One volunteer upright, with skins of several moduli."""
     input:
         measured="results/meshes/{v}/prone.vtu",
-        fiducials="results/registration/{v}/prone_fiducials.csv",
+        fiducials=lambda wildcards: in_common(wildcards.v, "prone"),
         table="results/study/upright.csv",
         shapes=lambda wildcards: [
             f"results/mechanics/{wildcards.v}/upright/skin_{kpa}kpa.vtu" for kpa in UPRIGHT["skin_kpa"]
@@ -114,17 +114,14 @@ rule figure_upright:
 rule figure_stress_free:
     """The measured shape and its stress-free estimates."""
     input:
-        measured=f"results/meshes/{{v}}/{MODELLED_IN}.vtu",
-        fiducials=f"results/registration/{{v}}/{MODELLED_IN}_fiducials.csv",
-        shapes=lambda wildcards: [
-            f"results/mechanics/{wildcards.v}/stress_free/{MODELLED_IN}_{method}.vtu"
-            for method in STRESS_FREE["methods"]
-        ],
+        measured=lambda wildcards: f"results/meshes/{wildcards.v}/{modelled_in(wildcards.v)}.vtu",
+        fiducials=lambda wildcards: in_common(wildcards.v, modelled_in(wildcards.v)),
+        shapes=lambda wildcards: stress_free_of(wildcards.v, methods_of(wildcards.v)),
         library=library("figure_stress_free.py"),
     output:
         "results/study/figures/stress_free_{v}.png",
     params:
-        methods=STRESS_FREE["methods"],
+        methods=lambda wildcards: methods_of(wildcards.v),
     log:
         "results/logs/figure_stress_free/{v}.log",
     benchmark:
@@ -138,19 +135,16 @@ rule figure_stress_free:
 rule score_shapes:
     """The measured shape, its stress-free estimates, and the true stress-free shape."""
     input:
-        measured=f"results/meshes/{{w}}/{MODELLED_IN}.vtu",
-        fiducials=f"results/registration/{{w}}/{MODELLED_IN}_fiducials.csv",
-        shapes=lambda wildcards: [
-            f"results/mechanics/{wildcards.w}/stress_free/{MODELLED_IN}_{method}.vtu"
-            for method in STRESS_FREE["methods"]
-        ],
+        measured=lambda wildcards: f"results/meshes/{wildcards.w}/{modelled_in(wildcards.w)}.vtu",
+        fiducials=lambda wildcards: in_common(wildcards.w, modelled_in(wildcards.w)),
+        shapes=lambda wildcards: stress_free_of(wildcards.w, methods_of(wildcards.w)),
         truth="results/truth/{w}/stress_free.vtu",
-        motion=f"results/truth/{{w}}/{REFERENCE}_motion.tfm",
+        motion=lambda wildcards: f"results/truth/{wildcards.w}/{reference_of(wildcards.w)}_motion.tfm",
         library=library("figure_stress_free.py"),
     output:
         "results/study/figures/true_stress_free_{w}.png",
     params:
-        methods=STRESS_FREE["methods"],
+        methods=lambda wildcards: methods_of(wildcards.w),
     log:
         "results/logs/score_shapes/{w}.log",
     benchmark:
@@ -167,7 +161,7 @@ rule figure_compression:
         shape=f"results/compression/{{v}}/{{side}}/{XRAYED}.vtu",
         plates=f"results/compression/{{v}}/{{side}}/{XRAYED}_plates.json",
         faces=f"results/compression/{{v}}/{{side}}/{XRAYED}_faces.csv",
-        stress_free=f"results/mechanics/{{v}}/stress_free/{MODELLED_IN}_{STRESS_FREE['default']}.vtu",
+        stress_free=lambda wildcards: stress_free_of(wildcards.v, [STRESS_FREE["default"]])[0],
         library=library("figure_compression.py"),
     output:
         "results/study/figures/compression_{v}_{side}.png",

@@ -2,16 +2,18 @@
 
 
 rule check_input:
-    """One image and its fiducial list, refused when they cannot be used; nothing else is touched then."""
+    """What is given of one position, rejected when it cannot be used; nothing else is touched then."""
     input:
-        images=lambda wildcards: row(wildcards).images,
-        listed=lambda wildcards: row(wildcards).fiducials,
+        images=lambda wildcards: row(wildcards).images or [],
+        labels=lambda wildcards: row(wildcards).labels or [],
+        listed=lambda wildcards: row(wildcards).fiducials or [],
         library=library("check_input.py"),
     output:
         "results/checked/{v}_{p}.csv",
     params:
         gravity=lambda wildcards: row(wildcards).gravity,
         chest_markers=config["registration"]["chest_markers"],
+        registered=lambda wildcards: not data_of(wildcards.v).apart,
     log:
         "results/logs/check_input/{v}_{p}.log",
     benchmark:
@@ -23,7 +25,7 @@ rule check_input:
 
 
 rule inputs_checked:
-    """Every image and fiducial list of the study is usable: nothing else starts before."""
+    """Everything that is given of the study's volunteers is usable: these jobs go before all others."""
     input:
         rows=scanned("results/checked/{v}_{p}.csv"),
         library=library("table.py"),
@@ -43,7 +45,7 @@ rule import_image:
     """A DICOM series or NIfTI image as one volume in the patient frame LPS."""
     input:
         checked="results/checked/{v}_{p}.csv",
-        others=ancient(others_checked),
+        others=ancient(all_of_her_checked),
         images=lambda wildcards: row(wildcards).images,
         library=library("import_image.py"),
     output:
@@ -63,7 +65,7 @@ rule fiducials:
     input:
         unpack(reads("fiducials")),
         checked="results/checked/{v}_{p}.csv",
-        others=ancient(others_checked),
+        others=ancient(all_of_her_checked),
         library=code("fiducials"),
     output:
         **writes("fiducials"),
@@ -107,11 +109,36 @@ rule segment:
         **writes("labels", "gland_probability"),
     params:
         **runs("labels", "gland_probability"),
+    wildcard_constraints:
+        v=others_than(LABELLED),
     log:
         "results/logs/segment/{v}_{p}.log",
     benchmark:
         "results/benchmarks/segment/{v}_{p}.tsv"
     resources:
         mem_mb=4000,
+    script:
+        "../scripts/stage.py"
+
+
+rule take_labels:
+    """Tissue labels of one position that a person gave, in the place of a segmentation."""
+    input:
+        unpack(reads("labels")),
+        checked="results/checked/{v}_{p}.csv",
+        others=ancient(all_of_her_checked),
+        library=code("labels"),
+    output:
+        **writes("labels"),
+    params:
+        **runs("labels"),
+    wildcard_constraints:
+        v=one_of(LABELLED),
+    log:
+        "results/logs/take_labels/{v}_{p}.log",
+    benchmark:
+        "results/benchmarks/take_labels/{v}_{p}.tsv"
+    resources:
+        mem_mb=1000,
     script:
         "../scripts/stage.py"

@@ -31,8 +31,8 @@ rule upright:
     """Upright from prone, with or without skin of one modulus."""
     input:
         mesh="results/meshes/{v}/prone.vtu",
-        start="results/registration/{v}/prone_fiducials.csv",
-        transform="results/registration/{v}/prone.tfm",
+        start=lambda wildcards: in_common(wildcards.v, "prone"),
+        transform=lambda wildcards: motion_of(wildcards.v, "prone"),
         library=library("upright.py"),
     output:
         row="results/mechanics/{v}/upright/skin_{skin_kpa}kpa.csv",

@@ -22,9 +22,9 @@ def scored_of(volunteer, what):
     return [f"results/scores/{volunteer}/{what}.csv"] if volunteer in DIGITAL_WOMEN else []
 
 
-def others_checked(wildcards):
-    """That every image of the study is usable; a volunteer beside the study answers for her own only."""
-    return ["results/checked/all.csv"] if wildcards.v in WOMEN else []
+def all_of_her_checked(wildcards):
+    """That all that is given of her is usable, before any of it is used."""
+    return [f"results/checked/{wildcards.v}_{p}.csv" for p in positions(wildcards.v)]
 
 
 def pair_inputs(wildcards):
@@ -48,7 +48,7 @@ def held_out(volunteer):
 
 def validated(volunteer):
     """Every position that a prediction is compared with: fitted, then held out."""
-    return [*SEGMENTED, *held_out(volunteer)]
+    return [*segmented(volunteer), *held_out(volunteer)]
 
 
 def order_of(wildcards):
@@ -58,7 +58,7 @@ def order_of(wildcards):
 
 def propagated(template):
     """A path for every volunteer with a held-out position."""
-    return [template.format(v=v) for v in WOMEN if held_out(v)]
+    return [template.format(v=v) for v in able("propagation")]
 
 
 def pressed_by_all(wildcards, end):
@@ -73,13 +73,13 @@ def pressed_all_ways(end):
     return [
         path
         for strategy, moduli in ways
-        for path in over(f"results/compression/{{v}}/{{side}}/{strategy}_{moduli}{end}", side=COMPRESSION["sides"])
+        for path in over(f"results/compression/{{v}}/{{side}}/{strategy}_{moduli}{end}", able("pressed"), side=COMPRESSION["sides"])
     ]
 
 
 def xrayed(template):
     """A path for every breast and every strategy that is X-rayed."""
-    return over(template, side=COMPRESSION["sides"], strategy=XRAY["strategies"])
+    return over(template, able("pressed"), side=COMPRESSION["sides"], strategy=XRAY["strategies"])
 
 
 def asked_settings():

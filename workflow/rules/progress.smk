@@ -13,6 +13,7 @@ REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one j
 
 # An input that is rejected ends the run at once: it is to be mended before anything long runs.
 ENDING_RULES = ("check_input",)
+ENDING_PRIORITY = 10**9  # no chain of jobs lasts so many seconds
 
 
 class Progress(logging.Handler):
@@ -90,7 +91,8 @@ class Progress(logging.Handler):
         for job, seconds in chains(needs, {job: expected[name] for job, name in rules.items()}).items():
             longest[rules[job]] = max(longest.get(rules[job], 0.0), seconds)
         for each in workflow.rules:
-            each.priority = round(longest.get(each.name, 0.0))
+            # What ends the run when it fails goes before everything else.
+            each.priority = ENDING_PRIORITY if each.name in ENDING_RULES else round(longest.get(each.name, 0.0))
         workflow.dag.update_priority()
 
     def last_words(self, run_log):

@@ -2,35 +2,34 @@
 MADE_BESIDE = ["trade_off", "beams", "report195", "dose_standard"]
 # The report: figures and tables in one page, with every assumption and source, and what was made on demand.
 PICTURES = [
-    *over("positions_{v}"),
+    *(f"positions_{v}" for v in WOMEN if imaged(v)),
     *(f"registration_{v}_{p}" for v in WOMEN for p in moving(v)),
-    *scanned("segmentation_{v}_{p}", validated),
-    *over("mesh_{v}_{p}", p=SEGMENTED),
-    "sweep",
-    *over("upright_{v}"),
-    *over("morph_{v}"),
-    *over("stress_free_{v}"),
+    *(f"segmentation_{v}_{p}" for v in WOMEN for p in validated(v) if p in imaged(v)),
+    *scanned("mesh_{v}_{p}", segmented),
+    *(["sweep"] if able("sweep") else []),
+    *over("upright_{v}", able("upright")),
+    *over("morph_{v}", able("mean_shape")),
+    *over("stress_free_{v}", able("stress_free")),
     *(f"true_stress_free_{w}" for w in DIGITAL_WOMEN),
-    "convergence",
+    *(["convergence"] if able("stress_free") else []),
     *(["unloading"] if DIGITAL_WOMEN else []),
-    *over("identification_{v}"),
-    *over("fitted_shapes_{v}"),
-    *(f"validation_{v}_{p}" for v in WOMEN for p in held_out(v)),
+    *over("identification_{v}", able("fit")),
+    *over("fitted_shapes_{v}", able("fit")),
+    *(f"validation_{v}_{p}" for v in able("validation") for p in held_out(v)),
     *(["propagation"] if propagated("{v}") else []),
-    *over("compression_{v}_{side}", side=COMPRESSION["sides"]),
+    *over("compression_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     "curves",
-    *over("thickness_{v}_{side}_{moduli}", side=COMPRESSION["sides"], moduli=MODULI),
-    *over("discomfort_{v}_{side}_{moduli}", side=COMPRESSION["sides"], moduli=MODULI),
+    *over("thickness_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
+    *over("discomfort_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
     "amounts",
-    *over("phantom_{v}_{side}", side=COMPRESSION["sides"]),
-    *over("mammogram_{v}_{side}", side=COMPRESSION["sides"]),
-    *over("tomosynthesis_{v}_{side}", side=COMPRESSION["sides"]),
+    *over("phantom_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
+    *over("mammogram_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
+    *over("tomosynthesis_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     "spectra",
     "report195",
     "dose_routes",
     "trade_off",
-    "moduli",
-    "gravity_and_compression",
+    *(["moduli", "gravity_and_compression"] if able("fit") else []),
 ]
 
 
@@ -54,6 +53,24 @@ rule missing:
         "../scripts/missing.py"
 
 
+rule not_planned:
+    """What the data of each volunteer do not allow, and why: no failure, and nobody waits for it."""
+    input:
+        library=library("not_planned.py"),
+    output:
+        "results/study/not_planned.csv",
+    params:
+        rows=[(v, what, why) for v, rows in NOT_PLANNED.items() for what, why in rows],
+    log:
+        "results/logs/not_planned.log",
+    benchmark:
+        "results/benchmarks/not_planned/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/not_planned.py"
+
+
 rule report:
     """One page with every figure and table: results/study/report.html."""
     input:
@@ -63,6 +80,7 @@ rule report:
             "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
         ),
         missing="results/study/missing.csv",
+        not_planned="results/study/not_planned.csv",
         quality="results/checked/all.csv",
         numbers="results/study/numbers.json",
         provenance="results/study/provenance.json",

@@ -16,7 +16,7 @@ wildcard_constraints:
 checkpoint screen:
     """Which effects each scene of a family calls for: what leaving them out or adding them does, on the coarse model."""
     input:
-        unpack(lambda wildcards: measured(volunteer_of_family(wildcards.family), *BREAST_FILES)),
+        unpack(lambda wildcards: breast_of(volunteer_of_family(wildcards.family))),
         library=[*library("screen.py"), *code(*STAGES)],
     output:
         effects="results/scenes/screening/{family}.csv",
@@ -41,7 +41,7 @@ checkpoint screen:
 rule scene_answer:
     """What one scene asks, with the screened effects or with all, and what all of it took."""
     input:
-        unpack(lambda wildcards: measured(SCENES[wildcards.scene].volunteer, *BREAST_FILES)),
+        unpack(lambda wildcards: breast_of(SCENES[wildcards.scene].volunteer)),
         unpack(answer_inputs),
         screening=screening_of,
         library=[*library("scene_answer.py"), *code(*STAGES)],

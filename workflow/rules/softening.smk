@@ -6,7 +6,7 @@ PAGES["softening"] = {"tables": ["softening"], "figures": ["softening"]}
 rule soften:
     """One breast with its fitted moduli, and with other ones: nipple, force, thickness and dose."""
     input:
-        unpack(lambda wildcards: measured(wildcards.v, *BREAST_FILES)),
+        unpack(lambda wildcards: breast_of(wildcards.v)),
         moduli="results/identification/{v}/moduli.csv",
         fit="results/identification/{v}/fit.csv",
         library=[*library("soften.py"), *code("loaded", "exposed_dose")],
@@ -28,7 +28,7 @@ rule soften:
 rule softening_table:
     """All breasts with other moduli, and the largest changes."""
     input:
-        rows=over("results/softening/{v}/{side}.csv", side=COMPRESSION["sides"]),
+        rows=over("results/softening/{v}/{side}.csv", able("softening"), side=COMPRESSION["sides"]),
         library=library("softening_table.py"),
     output:
         table="results/study/softening.csv",

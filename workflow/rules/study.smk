@@ -1,30 +1,32 @@
 # Tables of the whole study, one per stage, and the numbers that the report quotes.
+NOT_PLANNED = {v: allowed.not_planned(lacking(v)) for v in WOMEN}
+if workflow.is_main_process:
+    for v, rows in NOT_PLANNED.items():
+        if rows:
+            logger.info(f"Not planned for {v}: {allowed.in_one_line(rows)}.")
 TABLES = {
     "registration": scanned("results/registration/{v}/{p}_steps.csv", moving),
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
     "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", validated),
-    "mesh_quality": over("results/meshes/{v}/{p}_quality.csv", p=SEGMENTED),
-    "morph": over("results/morph/{v}/mean_start_history.csv"),
-    "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", kpa=SWEEP["youngs_modulus_kpa"]),
-    "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", kpa=UPRIGHT["skin_kpa"]),
-    "stress_free": over(
-        f"results/mechanics/{{v}}/stress_free/{STRESS_FREE['position']}_{{method}}.csv",
-        method=STRESS_FREE["methods"],
-    ),
+    "mesh_quality": scanned("results/meshes/{v}/{p}_quality.csv", segmented),
+    "morph": over("results/morph/{v}/mean_start_history.csv", able("mean_shape")),
+    "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", able("sweep"), kpa=SWEEP["youngs_modulus_kpa"]),
+    "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", able("upright"), kpa=UPRIGHT["skin_kpa"]),
+    "stress_free": [
+        f"results/mechanics/{v}/stress_free/{modelled_in(v)}_{method}.csv" for v in WOMEN for method in methods_of(v)
+    ],
     "stress_free_error": [
-        f"results/scores/{v}/stress_free_{method}.csv"
-        for v in DIGITAL_WOMEN
-        for method in STRESS_FREE["methods"]
+        f"results/scores/{v}/stress_free_{method}.csv" for v in DIGITAL_WOMEN for method in methods_of(v)
     ],
     "unloading": [
         f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
     ],
-    "identification": over("results/identification/{v}/moduli.csv"),
-    "fit": over("results/identification/{v}/fit.csv"),
-    "grid": over("results/identification/{v}/grid.csv"),
-    "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN],
-    "moduli_ratio": ["results/identification/ratio.csv"],
-    "validation": [f"results/validation/{v}/{p}.csv" for v in WOMEN for p in validated(v)],
+    "identification": over("results/identification/{v}/moduli.csv", able("fit")),
+    "fit": over("results/identification/{v}/fit.csv", able("fit")),
+    "grid": over("results/identification/{v}/grid.csv", able("fit")),
+    "moduli": [f"results/scores/{v}/moduli.csv" for v in DIGITAL_WOMEN if v in able("fit")],
+    "moduli_ratio": ["results/identification/ratio.csv"] if able("fit") else [],
+    "validation": [f"results/validation/{v}/{p}.csv" for v in able("fit") for p in validated(v)],
     "propagation": propagated("results/propagation/{v}/rows.csv"),
     "propagation_pressed": propagated("results/propagation/{v}/pressed.csv"),
     "compression": pressed_all_ways(".csv"),
@@ -33,8 +35,8 @@ TABLES = {
     "field": xrayed("results/xray/{v}/{side}/{strategy}_gravity_field.csv"),
     "conservation": xrayed("results/phantom/{v}/{side}/{strategy}_gravity_conservation.csv"),
     "dose": xrayed("results/xray/{v}/{side}/{strategy}_gravity_dose.csv"),
-    "dose_routes": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_routes.csv", side=COMPRESSION["sides"]),
-    "slices": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_slices.csv", side=COMPRESSION["sides"]),
+    "dose_routes": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_routes.csv", able("pressed"), side=COMPRESSION["sides"]),
+    "slices": over(f"results/xray/{{v}}/{{side}}/{XRAYED}_slices.csv", able("pressed"), side=COMPRESSION["sides"]),
     "image": xrayed("results/xray/{v}/{side}/{strategy}_gravity_image.csv"),
 }
 

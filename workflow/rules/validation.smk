@@ -70,7 +70,7 @@ rule propagate:
 rule propagate_press:
     """The fit between the plates, or the draw of one rank of stiffness: force and dose."""
     input:
-        unpack(lambda wildcards: measured(wildcards.v, *BREAST_FILES, "mesh", "spectrum")),
+        unpack(lambda wildcards: breast_of(wildcards.v, "mesh", "spectrum")),
         samples="results/identification/{v}/samples.csv",
         rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
         order=lambda wildcards: order_of(wildcards) if wildcards.rank != "fit" else [],

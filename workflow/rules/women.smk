@@ -1,6 +1,7 @@
 # Whom the study is about: the table of volunteers, the digital women, and paths for all of them.
 from types import SimpleNamespace
 
+from mammosim.chain import allowed
 from mammosim.core.positions import GRAVITY
 from mammosim.io.plain import read_plain
 
@@ -19,17 +20,21 @@ def tissue_table(name):
 def volunteer_table(file):
     """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position.
 
-    A digital woman who is not studied by default has rows, too: where the rules that make her put her scans.
+    A digital woman who has no row there gets hers: where the rules that make her put her scans.
     """
     listed = read_plain(home(file))
-    others = [digital_row(w, p) for w in DIGITAL if w not in config["volunteers"] for p in lying(w)]
-    rows = [*(row for row in listed if row["volunteer"] in config["volunteers"]), *others]
+    given = [row for row in listed if row["volunteer"] in config["volunteers"]]
+    made = [w for w in DIGITAL if w not in {row["volunteer"] for row in given}]
+    rows = [*given, *(digital_row(w, p) for w in made for p in lying(w))]
     try:
-        configuration.check_listed(listed, config["volunteers"], file=file)
-        configuration.check_volunteers(rows, file=file, reference_position=config["reference_position"])
+        configuration.check_listed(listed, [v for v in config["volunteers"] if v not in made], file=file)
+        configuration.check_volunteers(rows, file=file)
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
-    return {(row["volunteer"], row["position"]): SimpleNamespace(**row) for row in rows}
+    return {
+        (row["volunteer"], row["position"]): SimpleNamespace(**{name: row.get(name) or "" for name in COLUMNS})
+        for row in rows
+    }
 
 
 def lying(woman):
@@ -50,11 +55,39 @@ def digital_row(woman, position):
     }
 
 
+@cache
+def data_of(volunteer):
+    """What is given of a volunteer."""
+    given = {
+        p: frozenset(what for what in HER_DATA if getattr(row, what)) for (v, p), row in VOLUNTEERS.items() if v == volunteer
+    }
+    held_out = [p for p in config["validation"]["positions"] if p not in config["segmentation"]["positions"]]
+    modelled = config["mechanics"]["stress_free"]["position"]
+    return allowed.Data(volunteer, given, modelled, config["reference_position"], tuple(held_out))
+
+
 def positions(volunteer):
-    """The positions that a volunteer was scanned in."""
-    return [position for name, position in VOLUNTEERS if name == volunteer]
+    """The positions of a volunteer that anything is made of: all that can be brought into one frame."""
+    return list(data_of(volunteer).used)
 
 
+def modelled_in(volunteer):
+    """The position that a volunteer's model is made of."""
+    return data_of(volunteer).base
+
+
+def reference_of(volunteer):
+    """The position in whose frame her model is."""
+    return data_of(volunteer).frame
+
+
+def segmented(volunteer):
+    """The positions that are labelled for more than the validation."""
+    return [p for p in config["segmentation"]["positions"] if p in positions(volunteer)]
+
+
+HER_DATA = (allowed.IMAGES, allowed.LABELS, allowed.STROKES, allowed.FIDUCIALS)
+COLUMNS = ("volunteer", "position", *HER_DATA, "gravity")
 RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]
@@ -62,12 +95,28 @@ VOLUNTEERS = volunteer_table(config["volunteer_table"])
 TISSUES = tissue_table(config["tissues"])
 WOMEN = list(config["volunteers"])
 DIGITAL_WOMEN = [v for v in WOMEN if v in config["digital"]["women"]]
+LABELLED = [v for v in dict.fromkeys(v for v, _ in VOLUNTEERS) if allowed.LABELS in data_of(v).given[modelled_in(v)]]
 REFERENCE = config["reference_position"]
 
 
 def moving(volunteer):
     """The positions that are moved into the reference position's frame."""
-    return [position for position in positions(volunteer) if position != REFERENCE]
+    return [position for position in positions(volunteer) if position != reference_of(volunteer)]
+
+
+def one_of(volunteers):
+    """The pattern of a wildcard that is one of these; of none where there is none."""
+    return "|".join(volunteers) or "(?!)"
+
+
+def others_than(volunteers):
+    """The pattern of a wildcard that is any volunteer but these."""
+    return f"(?!(?:{one_of(volunteers)})/)[a-z0-9_]+"
+
+
+def imaged(volunteer):
+    """The positions of which there is an image."""
+    return [p for p in positions(volunteer) if VOLUNTEERS[volunteer, p].images]
 
 
 def scanned(template, which=positions):
@@ -80,9 +129,9 @@ def scored(template, which):
     return [template.format(v=v, p=p) for v in DIGITAL_WOMEN for p in which(v)]
 
 
-def over(template, **values):
-    """A path for every volunteer and every combination of the values."""
-    return expand(template, v=WOMEN, **values)
+def over(template, women=WOMEN, **values):
+    """A path for every volunteer, or some of them, and every combination of the values."""
+    return expand(template, v=women, **values)
 
 
 def row(wildcards):

@@ -31,14 +31,17 @@ def main(files: dict, title: str, out: str) -> None:
         pages=pages,
         made=[Path(path).stem for path in of_pages[".json"]],
     )
-    shown = (shown[0], completeness(read_rows(files["missing"])), *shown[1:])
+    shown = (shown[0], completeness(read_rows(files["missing"]), read_rows(files["not_planned"])), *shown[1:])
     Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout["subtitle"]))
 
 
-def completeness(missing: pd.DataFrame) -> Section:
-    """What is missing and why, for the first page."""
-    listing = Listing(missing, "What is missing, and which tables and figures lack it.")
-    return Section("What is missing", told(missing), () if missing.empty else (listing,))
+def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame) -> Section:
+    """What is missing and why, and what the data of a volunteer do not allow, for the first page."""
+    listings = [
+        Listing(missing, "What is missing, and which tables and figures lack it."),
+        Listing(not_planned, "What was not planned, since the data of a volunteer do not allow it."),
+    ]
+    return Section("What is missing", told(missing), tuple(each for each in listings if not each.frame.empty))
 
 
 def tables(files: dict, of_pages: list[str]) -> dict[str, pd.DataFrame]:

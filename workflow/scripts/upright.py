@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.positions import gravity_direction, gravity_vector
+from mammosim.core.rigid import IDENTITY
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
@@ -19,7 +20,8 @@ def main(files: dict[str, str], volunteer: str, skin_kpa: float, settings: dict,
     skin = None
     if skin_kpa > 0:
         skin = Skin(skin_kpa, settings["tissue"]["poisson_ratio"], settings["skin_thickness_mm"])
-    prone = read_transform(files["transform"]).R @ gravity_vector(gravity)
+    motion = read_transform(files["transform"]) if "transform" in files else IDENTITY
+    prone = motion.R @ gravity_vector(gravity)
     upright = gravity_direction("upright")
     reposed = repose(mesh, tissues, gravity=prone, new_gravity=upright, skin=skin)
     nipples = np.array([fiducials.point(name) for name in ("nipple_left", "nipple_right")])
@@ -31,7 +33,7 @@ def main(files: dict[str, str], volunteer: str, skin_kpa: float, settings: dict,
 if __name__ == "__main__":
     with _stage.run(snakemake):
         main(
-            dict(snakemake.input.items()) | dict(snakemake.output.items()),
+            {name: path for name, path in snakemake.input.items() if path} | dict(snakemake.output.items()),
             snakemake.wildcards.v,
             float(snakemake.wildcards.skin_kpa),
             snakemake.params.settings | {"tissue": snakemake.params.tissue},

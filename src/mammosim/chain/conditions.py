@@ -10,6 +10,32 @@ def is_moved(inputs: Inputs) -> bool:
     return bool(inputs.subject.moves)
 
 
+def is_labelled(inputs: Inputs) -> bool:
+    """Whether labels are given in the place of a segmentation."""
+    return "labels" in inputs.subject.has
+
+
+def is_segmented(inputs: Inputs) -> bool:
+    """Whether its image is segmented."""
+    return not is_labelled(inputs)
+
+
+def is_marked(inputs: Inputs) -> bool:
+    """Whether a list of its markers and nipples is given."""
+    return "fiducials" in inputs.subject.has
+
+
+def is_unmarked(inputs: Inputs) -> bool:
+    """Whether its nipples are to be found in its labels."""
+    return not is_marked(inputs)
+
+
+def finds_markers(inputs: Inputs) -> bool:
+    """Whether chest markers are looked for in the image: by them positions are brought into one frame."""
+    found = inputs.setting("registration.chest_markers") == "found"
+    return found and is_marked(inputs) and "reference" in inputs.subject.has
+
+
 def begins_with_mean(inputs: Inputs) -> bool:
     """Whether the first guess of the stress-free shape is the mean of two measured positions."""
     method, start = (inputs.setting(f"mechanics.stress_free.{name}") for name in ("default", "start"))

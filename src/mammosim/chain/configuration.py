@@ -150,11 +150,11 @@ def _related(one: Place, other: Place) -> bool:
 Row = Mapping[str, str]
 
 
-def check_volunteers(rows: Sequence[Row], *, file: str, reference_position: str) -> None:
+def check_volunteers(rows: Sequence[Row], *, file: str) -> None:
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
-    rows: of volunteer, position, images, fiducials, strokes, gravity ('x y z', scanner frame LPS).
-    Each volunteer needs prone and the reference position, each position once.
+    rows: of volunteer, position, images, labels, strokes, fiducials, gravity ('x y z', scanner frame LPS).
+    Each position stands once, and has labels, or images with strokes.
     """
     positions: dict[str, list[str]] = {}
     for row in rows:
@@ -167,12 +167,23 @@ def check_volunteers(rows: Sequence[Row], *, file: str, reference_position: str)
         )
     for row in rows:
         _check_gravity(row["volunteer"], row["position"], row["gravity"], file)
-    for volunteer, found in positions.items():
-        if absent := {"prone", reference_position} - set(found):
+        _check_given(row, file)
+    for volunteer in positions:
+        labelled = {row["position"] for row in rows if row["volunteer"] == volunteer and row.get("labels")}
+        if labelled and (lacking := [p for p in positions[volunteer] if p not in labelled]):
             raise ConfigurationError(
-                f"{file}: volunteer {volunteer!r} lacks {', '.join(sorted(absent))}; prone and the reference "
-                f"position {reference_position!r} are needed"
+                f"{file}: volunteer {volunteer!r} has labels of {', '.join(sorted(labelled))} and none of "
+                f"{', '.join(lacking)}; give labels of each of her positions, or of none"
             )
+
+
+def _check_given(row: Row, file: str) -> None:
+    """Raise ConfigurationError where neither labels are given nor what labels are made of."""
+    if not row.get("labels") and (lacking := [name for name in ("images", "strokes") if not row.get(name)]):
+        raise ConfigurationError(
+            f"{file}: volunteer {row['volunteer']!r}, {row['position']}, lacks {' and '.join(lacking)}; give "
+            "images with strokes, or labels"
+        )
 
 
 def check_thicknesses(thickness_mm: Mapping[str, float], volunteers: Iterable[str]) -> None:

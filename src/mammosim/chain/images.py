@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.breast import Breast
+from mammosim.chain.conditions import finds_markers, is_labelled, is_marked, is_moved
 from mammosim.chain.graph import Inputs
+from mammosim.chain.labelled import nipples, usable_labels
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.positions import gravity_vector
@@ -30,11 +32,11 @@ LEARNT = ("classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing")
 
 
 def measured(inputs: Inputs) -> Any:
-    """Raises ConfigurationError: a scan, strokes and listed fiducials are measured, and not computed."""
-    raise ConfigurationError("a scan, strokes and fiducials are measured: give them to the chain")
+    """Raises ConfigurationError: a scan, strokes, labels and listed fiducials are given, and not computed."""
+    raise ConfigurationError("a scan, strokes, labels and fiducials are measured: give them to the chain")
 
 
-scan = strokes = listed = reference_fiducials = measured
+scan = strokes = listed = given_labels = reference_fiducials = measured
 
 
 def load_scan(files: Mapping[str, str]) -> Image:
@@ -45,6 +47,11 @@ def load_scan(files: Mapping[str, str]) -> Image:
 def load_strokes(files: Mapping[str, str]) -> pd.DataFrame:
     """Columns x_mm, y_mm, z_mm, tissue."""
     return read_table(files["strokes"])
+
+
+def load_given_labels(files: Mapping[str, str]) -> LabelMap:
+    """The labels that a person gave in the place of a segmentation. Raises ImageError: not to be used."""
+    return usable_labels(read_labels(files["labels"]), files["labels"])
 
 
 def load_fiducials(files: Mapping[str, str]) -> Fiducials:
@@ -62,11 +69,17 @@ save_moved_fiducials = save_fiducials
 
 
 def fiducials(inputs: Inputs) -> Fiducials:
-    """The list of a person, scanner frame; its chest markers as found in the image where asked for."""
+    """The list of a person, scanner frame; its chest markers as found in the image where asked for.
+
+    Without a list the nipples, as found in the labels. Chest markers are needed to bring positions together.
+    """
+    if not is_marked(inputs):
+        return nipples(inputs["labels"])
     found: Fiducials = inputs["listed"]
-    if inputs.setting("registration.chest_markers") == "found":
+    if finds_markers(inputs):
         found = chest_markers(inputs["scan"], found)
-    require_four(found.of_kind("chest"))
+    if "reference" in inputs.subject.has:
+        require_four(found.of_kind("chest"))
     return found
 
 
@@ -129,8 +142,8 @@ def segmentation(inputs: Inputs) -> Segmentation:
 
 
 def labels(inputs: Inputs) -> LabelMap:
-    """Tissue labels of the image, scanner frame."""
-    found: LabelMap = inputs["segmentation"].labels
+    """Tissue labels of the image, or in its place, scanner frame."""
+    found: LabelMap = inputs["given_labels"] if is_labelled(inputs) else inputs["segmentation"].labels
     return found
 
 
@@ -157,6 +170,6 @@ def save_gland_probability(image: Image, files: Mapping[str, str], job: Mapping[
 
 def breast(inputs: Inputs) -> Breast:
     """The breast in them."""
-    motion: RigidTransform = inputs["transform"].motion
+    motion: RigidTransform = inputs["transform"].motion if is_moved(inputs) else IDENTITY
     gravity: np.ndarray = motion.R @ gravity_vector(inputs.subject.gravity)
     return Breast(inputs["labels"], inputs["fiducials"], motion, gravity, inputs.subject.side)

@@ -7,6 +7,7 @@ import numpy as np
 
 from mammosim.chain.breast import Breast
 from mammosim.chain.graph import Inputs
+from mammosim.chain.labelled import chest_limits
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.volume import LabelMap
@@ -32,9 +33,11 @@ def scanned_mesh(labels: LabelMap, chest: np.ndarray, settings: Mapping[str, Any
 
 
 def mesh(inputs: Inputs) -> TetMesh:
-    """The body, common frame."""
+    """The body, common frame; without chest markers cut where its shape says that the breasts end."""
     breast: Breast = inputs["breast"]
-    scanned = scanned_mesh(breast.labels, breast.fiducials.of_kind("chest"), inputs.setting("mesh"))
+    chest = breast.fiducials.of_kind("chest")
+    chest = chest if len(chest) else chest_limits(breast.labels, breast.fiducials)
+    scanned = scanned_mesh(breast.labels, chest, inputs.setting("mesh"))
     return scanned.moved_to(np.ascontiguousarray(breast.to_reference(scanned.points)))
 
 

@@ -2,13 +2,23 @@
 
 Wildcards of the paths: v, the volunteer; p, the position that the model is made of, and reference, that whose
 frame is common; position, that of a load; side; method, of the stress-free shape; strategy and moduli, of a
-compression; strokes and listed, the files that a person drew; also, empty for what the study asks for by
-itself, else a dash and eight digits that tell a variant (results/variants.tsv).
+compression; strokes, listed and given_labels, the files that a person drew; also, empty for what the study
+asks for by itself, else a dash and eight digits that tell a variant (results/variants.tsv).
 """
 
 from collections.abc import Iterable, Mapping
 
-from mammosim.chain.conditions import begins_with_mean, continues_standard, is_moved, is_scattered
+from mammosim.chain.conditions import (
+    begins_with_mean,
+    continues_standard,
+    finds_markers,
+    is_labelled,
+    is_marked,
+    is_moved,
+    is_scattered,
+    is_segmented,
+    is_unmarked,
+)
 from mammosim.chain.graph import Files, Need, Stage
 
 REGISTERED = "results/registration/{v}/{p}"
@@ -35,6 +45,7 @@ MEASURED: Mapping[str, Stage] = {
     "scan": Stage("images.scan", files=Files("results/images/{v}/{p}", {"scan": ".nii.gz"})),
     "strokes": Stage("images.strokes", files=Files("{strokes}", {"strokes": ""})),
     "listed": Stage("images.listed", files=Files("{listed}", {"fiducials": ""})),
+    "given_labels": Stage("images.given_labels", files=Files("{given_labels}", {"labels": ""})),
     "reference_scan": Stage(
         "images.scan", files=Files("results/images/{v}/{reference}", {"scan": ".nii.gz"})
     ),
@@ -48,7 +59,7 @@ MEASURED: Mapping[str, Stage] = {
 LABELLED: Mapping[str, Stage] = {
     "fiducials": Stage(
         "images.fiducials",
-        ("scan", "listed"),
+        (Need("scan", finds_markers), Need("listed", is_marked), Need("labels", is_unmarked)),
         ("registration.chest_markers",),
         files=Files("results/fiducials/{v}/{p}", {"fiducials": ".csv"}),
     ),
@@ -78,14 +89,16 @@ LABELLED: Mapping[str, Stage] = {
         _in("segmentation", "classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing"),
     ),
     "labels": Stage(
-        "images.labels", ("segmentation",), files=Files("results/segmentation/{v}/{p}", {"labels": ".nii.gz"})
+        "images.labels",
+        (Need("segmentation", is_segmented), Need("given_labels", is_labelled)),
+        files=Files("results/segmentation/{v}/{p}", {"labels": ".nii.gz"}),
     ),
     "gland_probability": Stage(
         "images.gland_probability",
         ("segmentation",),
         files=Files("results/segmentation/{v}/{p}_glandular", {"probability": ".nii.gz"}),
     ),
-    "breast": Stage("images.breast", ("transform", "labels", "fiducials")),
+    "breast": Stage("images.breast", (Need("transform", is_moved), "labels", "fiducials")),
 }
 MECHANICS: Mapping[str, Stage] = {
     "mesh": Stage(

@@ -11,7 +11,8 @@ class Subject:
 
     side: left or right; gravity: its direction 'x y z' in the scanner frame of that position; streams: names
     of the random streams of photons and noise, scan: of those of the images, each beginning with the study's
-    seed. moves: whether that position is moved into the frame of another one, the reference.
+    seed. moves: whether that position is moved into the frame of another one, the reference. has: what is
+    given of that position, see chain.allowed.Data; 'reference' where positions are brought into one frame.
     """
 
     side: str
@@ -19,11 +20,12 @@ class Subject:
     streams: tuple[str | int, ...]
     scan: tuple[str | int, ...] = ()
     moves: bool = True
+    has: tuple[str, ...] = ("images", "strokes", "fiducials", "reference")
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> "Subject":
         """Of plain values, where streams may be lists."""
-        tuples = {name: tuple(values[name]) for name in ("streams", "scan") if name in values}
+        tuples = {name: tuple(values[name]) for name in ("streams", "scan", "has") if name in values}
         return cls(**{**values, **tuples})
 
     def repeated(self, repeat: int) -> "Subject":

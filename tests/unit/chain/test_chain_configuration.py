@@ -305,6 +305,7 @@ def table(**change) -> list[dict[str, str]]:
         {"volunteer": "a", "position": "prone", "gravity": "0 -1 0"},
         {"volunteer": "a", "position": "supine", "gravity": "0 1 0"},
     ]
+    rows = [row | {"images": "series", "strokes": "strokes.csv", "labels": ""} for row in rows]
     return [rows[0] | change, rows[1]]
 
 
@@ -315,12 +316,19 @@ def table(**change) -> list[dict[str, str]]:
         ({"gravity": "down"}, "write three numbers"),
         ({"position": "sitting"}, "choose one of: prone, supine"),
         ({"position": "supine", "gravity": "0 1 0"}, "stand twice"),
-        ({"volunteer": "b"}, "lacks"),
+        ({"strokes": ""}, "'a', prone, lacks strokes; give images with strokes, or labels"),
+        ({"labels": "l.nii.gz", "images": ""}, "labels of prone and none of supine; give labels of each"),
     ],
 )
 def test_a_volunteer_table_that_contradicts_itself_is_refused(change, words):
     with pytest.raises(ConfigurationError, match=words):
-        check_volunteers(table(**change), file="volunteers.tsv", reference_position="supine")
+        check_volunteers(table(**change), file="volunteers.tsv")
+
+
+def test_one_position_alone_and_labels_alone_can_be_meant():
+    check_volunteers(table()[:1], file="volunteers.tsv")
+    labelled = {"labels": "labels.nii.gz", "images": "", "strokes": ""}
+    check_volunteers([row | labelled for row in table()], file="volunteers.tsv")
 
 
 def test_gravity_is_normalised():

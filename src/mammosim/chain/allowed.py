@@ -1,0 +1,139 @@
+"""What of the chain and of the study the data of a volunteer allow, and why not the rest."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from mammosim.chain.graph import Chain
+
+# What a person may give of a position.
+IMAGES, LABELS, STROKES, FIDUCIALS = "images", "labels", "strokes", "fiducials"
+# What the study asks beside the stages of the chain: the stages and questions that each goes on from.
+QUESTIONS: Mapping[str, tuple[str, ...]] = {
+    "sweep": ("registration",),
+    "upright": ("mesh",),
+    "fit": ("registration", "mesh"),
+    "validation": ("fit",),  # in a position that no fit saw
+    "propagation": ("validation", "exposed_dose"),
+    "softening": ("fit", "exposed_dose"),
+}
+# What a person is told of; everything else that is not allowed follows from these.
+TOLD: Mapping[str, str] = {
+    "scan": "pictures of the scan",
+    "segmentation": "segmentation",
+    "registration": "registration",
+    "mean_shape": "mean of two positions",
+    "sweep": "sweep of moduli",
+    "upright": "upright from prone",
+    "fit": "fit of moduli",
+    "validation": "validation",
+    "propagation": "propagation of the fit's uncertainty",
+    "stress_free": "stress-free shape",
+    "pressed": "compression",
+}
+
+
+@dataclass(frozen=True)
+class Data:
+    """What is given of a volunteer.
+
+    given: position -> which of IMAGES, LABELS, STROKES and FIDUCIALS; modelled: the position that models are
+    made of, and reference: that whose frame is common, where she was scanned in it; held_out: positions that
+    are to be compared with a fit that never saw them.
+    """
+
+    name: str
+    given: Mapping[str, frozenset[str]]
+    modelled: str = "prone"
+    reference: str = "supine"
+    held_out: tuple[str, ...] = ("supine_tilted",)
+
+    @property
+    def apart(self) -> str:
+        """Why her positions cannot be brought into one frame; '' where they can."""
+        if len(self.given) == 1:
+            return f"{self.name} was scanned in one position, two are needed"
+        if absent := [p for p in (self.modelled, self.reference) if p not in self.given]:
+            return f"{self.name} was not scanned {absent[0]}"
+        return self._lacking(FIDUCIALS, "markers") or self._lacking(IMAGES, "images")
+
+    def _lacking(self, what: str, words: str) -> str:
+        """That something is not given of each position, and of which, if of some; '' where it is."""
+        lacking = [position for position, given in self.given.items() if what not in given]
+        whom = self.name if len(lacking) == len(self.given) else f"{self.name} {' and '.join(lacking)}"
+        return f"no {words} are given for {whom}" if lacking else ""
+
+    @property
+    def base(self) -> str:
+        """The position that her model is made of: the first one that she was scanned in."""
+        wanted = (self.modelled, self.reference, *self.given)
+        return next(position for position in wanted if position in self.given)
+
+    @property
+    def frame(self) -> str:
+        """The position whose frame is hers."""
+        return self.base if self.apart else self.reference
+
+    @property
+    def used(self) -> tuple[str, ...]:
+        """The positions that anything is made of."""
+        return (self.base,) if self.apart else tuple(self.given)
+
+    def has(self, position: str) -> tuple[str, ...]:
+        """What is given of a position, in a fixed order; 'reference' where others are brought to it."""
+        given = [what for what in (IMAGES, LABELS, STROKES, FIDUCIALS) if what in self.given[position]]
+        return (*given, *(() if self.apart else ("reference",)))
+
+
+def reasons(data: Data, chain: Chain) -> dict[str, str]:
+    """Of each stage of the chain of her breast, and each of QUESTIONS, why her data do not allow it, else ''.
+
+    A stage that needs one which is not allowed is not allowed for the same reason.
+    """
+    found = _roots(data)
+    for name in chain.stages:
+        _follow(name, chain, found)
+    for name, needs in QUESTIONS.items():
+        found[name] = next((found[need] for need in needs if found[need]), found.get(name, ""))
+    return found
+
+
+def _roots(data: Data) -> dict[str, str]:
+    """What her data do not allow by themselves."""
+    given, name = data.given[data.base], data.name
+    found = dict.fromkeys(
+        ("registration", "reference_scan", "reference_fiducials", "reference_mesh"), data.apart
+    )
+    found |= {
+        "scan": "" if IMAGES in given else f"no images are given for {name}",
+        "listed": "" if FIDUCIALS in given else f"no markers are given for {name}",
+        "segmentation": f"labels are given for {name}" if LABELS in given else "",
+        "given_labels": "" if LABELS in given else f"no labels are given for {name}",
+        "upright": "" if data.base == "prone" else f"{name} was not scanned prone",
+        "validation": ""
+        if set(data.held_out) & set(data.given)
+        else f"no position of {name} is held out of the fit",
+    }
+    if FIDUCIALS not in given and data.base != "prone":
+        found["fiducials"] = f"no nipples are given for {name}, which are found in prone only"
+    return {what: why for what, why in found.items() if why}
+
+
+def _follow(name: str, chain: Chain, found: dict[str, str]) -> str:
+    """Why a stage is not allowed, and with it all that it needs."""
+    if name not in found:
+        needed = [_follow(need, chain, found) for need in chain.needs(name)]
+        found[name] = next(filter(None, needed), "")
+    return found[name]
+
+
+def not_planned(found: Mapping[str, str]) -> list[tuple[str, str]]:
+    """What a person is told of `reasons`: what is not planned, and why."""
+    return [(words, found[name]) for name, words in TOLD.items() if found[name]]
+
+
+def in_one_line(rows: Iterable[tuple[str, str]]) -> str:
+    """What is not planned of one volunteer: 'no registration, no fit of moduli: why; no segmentation: why'"""
+    by_reason: dict[str, list[str]] = {}
+    for what, why in rows:
+        by_reason.setdefault(why, []).append(f"no {what}")
+    return "; ".join(f"{', '.join(whats)}: {why}" for why, whats in by_reason.items())

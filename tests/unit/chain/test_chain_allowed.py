@@ -1,0 +1,115 @@
+"""What a volunteer's data allow: what they lack is named with its reason, and what follows from it, too."""
+
+from dataclasses import replace
+
+import pytest
+from small_breast import study_settings
+
+from mammosim.chain.allowed import Data, in_one_line, not_planned, reasons
+from mammosim.chain.graph import Chain
+from mammosim.chain.stages import STAGES
+from mammosim.chain.subject import Subject
+
+SERIES = frozenset({"images", "strokes", "fiducials"})
+ADA = Data("ada", dict.fromkeys(("prone", "supine", "supine_tilted"), SERIES))
+ONE = "ada was scanned in one position, two are needed"
+
+
+def prone(*given: str) -> Data:
+    return replace(ADA, given={"prone": frozenset(given)})
+
+
+@pytest.fixture(scope="module")
+def found(repository):
+    """Why her data do not allow a stage or question; changes: of the settings of the stress-free shape."""
+    settings = study_settings(repository)
+
+    def of(data: Data, **changes: str) -> dict[str, str]:
+        subject = Subject("left", "0 -1 0", (1,), moves=data.base != data.frame, has=data.has(data.base))
+        chain = Chain(subject, settings, frozenset(), STAGES).with_settings(
+            {f"mechanics.stress_free.{name}": value for name, value in changes.items()}
+        )
+        return reasons(data, chain)
+
+    return of
+
+
+def test_three_marked_positions_allow_everything(found):
+    given = found(ADA)
+    assert given.pop("given_labels") == "no labels are given for ada"
+    assert set(given.values()) == {""}
+    assert (ADA.base, ADA.frame, ADA.used) == ("prone", "supine", tuple(ADA.given))
+
+
+def test_one_position_has_no_fit_and_no_registration_and_still_a_mammogram(found):
+    given = found(prone("images", "strokes", "fiducials"))
+    for name in (
+        "registration",
+        "transform",
+        "moved_scan",
+        "mean_shape",
+        "sweep",
+        "fit",
+        "validation",
+        "softening",
+    ):
+        assert given[name] == ONE, name
+    for name in (
+        "labels",
+        "fiducials",
+        "mesh",
+        "stress_free",
+        "pressed",
+        "dose",
+        "mammogram",
+        "slices",
+        "upright",
+    ):
+        assert given[name] == "", name
+
+
+def test_one_position_cannot_begin_with_the_mean_of_two(found):
+    given = found(prone(*SERIES), default="fixed_point", start="mean")
+    assert given["stress_free"] == given["mammogram"] == ONE
+    assert given["mesh"] == ""
+
+
+def test_labels_given_skip_the_segmentation_only(found):
+    given = found(prone("labels", "fiducials"))
+    assert given["segmentation"] == given["gland_probability"] == "labels are given for ada"
+    assert given["scan"] == "no images are given for ada"
+    assert given["labels"] == given["mammogram"] == ""
+
+
+def test_without_markers_nothing_is_registered_and_one_position_is_used(found):
+    unmarked = replace(ADA, given=dict.fromkeys(ADA.given, SERIES - {"fiducials"}))
+    given = found(unmarked)
+    assert given["registration"] == given["fit"] == given["validation"] == "no markers are given for ada"
+    assert given["mammogram"] == "", "nipples are found in her labels"
+    assert (unmarked.used, unmarked.frame) == (("prone",), "prone")
+    partly = replace(ADA, given=ADA.given | {"supine": SERIES - {"fiducials"}})
+    assert found(partly)["registration"] == "no markers are given for ada supine"
+
+
+def test_nipples_that_nobody_marked_are_found_in_prone_only(found):
+    supine = replace(ADA, given={"supine": SERIES - {"fiducials"}})
+    given = found(supine)
+    assert (
+        given["mesh"] == given["mammogram"] == "no nipples are given for ada, which are found in prone only"
+    )
+    assert found(replace(ADA, given={"supine": SERIES}))["mammogram"] == ""
+
+
+def test_a_fit_without_a_held_out_position_is_not_validated(found):
+    given = found(replace(ADA, given=dict.fromkeys(("prone", "supine"), SERIES)))
+    assert given["fit"] == ""
+    assert given["validation"] == given["propagation"] == "no position of ada is held out of the fit"
+
+
+def test_a_volunteer_is_told_in_one_line(found):
+    rows = not_planned(found(prone("labels")))
+    assert ("fit of moduli", ONE) in rows
+    line = in_one_line(rows)
+    assert "no segmentation: labels are given for ada" in line
+    assert line.count(ONE) == 1, "a reason stands once"
+    assert "\n" not in line

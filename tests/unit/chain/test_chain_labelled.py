@@ -1,0 +1,117 @@
+"""Labels that a person gave: known and finite, or rejected; nipples and the chest found in them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mammosim.chain.graph import Chain
+from mammosim.chain.images import load_given_labels
+from mammosim.chain.labelled import chest_limits, nipples, outline_image, usable_labels
+from mammosim.chain.stages import STAGES
+from mammosim.chain.subject import Subject
+from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.labels import Label
+from mammosim.core.volume import LabelMap, grid_around
+from mammosim.imaging.quality import require_usable
+from mammosim.io.images import write_labels
+
+H = 4.0  # mm, of a voxel
+NIPPLES = {"left": (75.0, -60.0, -10.0), "right": (-65.0, -60.0, 10.0)}
+RADIUS = 50.0  # of both breasts
+
+
+def two_breasts() -> LabelMap:
+    """Two cones of fat on a slab of fat, muscle and rib cage whose front is at y = 0 mm."""
+    grid = grid_around(np.array([-150.0, -80.0, -120.0]), np.array([150.0, 60.0, 120.0]), H)
+    p = grid.centres().reshape(*grid.shape, 3)
+    x, y, z = np.moveaxis(p, -1, 0)
+    values = np.zeros(grid.shape, np.uint8)
+    across = np.abs(x - 5) < 130
+    values[across & (y > 0)] = Label.ADIPOSE
+    for nx, ny, nz in NIPPLES.values():
+        values[np.hypot(x - nx, z - nz) < RADIUS * (y - ny) / -ny * (y <= 0)] = Label.ADIPOSE
+    values[across & (y > 10)] = Label.MUSCLE
+    values[across & (y > 20)] = Label.THORAX
+    return LabelMap(grid, values)
+
+
+@pytest.fixture(scope="module")
+def labels():
+    return two_breasts()
+
+
+def test_nipples_are_the_tips_farthest_from_the_rib_cage(labels):
+    found = nipples(labels)
+    for side, place in NIPPLES.items():
+        assert np.abs(found.point(f"nipple_{side}") - place).max() < 1.5 * H
+
+
+def test_markers_on_the_skin_are_no_part_of_the_body(labels):
+    values = labels.values.copy()
+    values[tuple(np.rint(labels.grid.indices(np.array([[40.0, -70.0, 50.0]]))[0]).astype(int))] = Label.MARKER
+    assert nipples(replace(labels, values=values)).points.tolist() == nipples(labels).points.tolist()
+
+
+def test_the_chest_is_cut_beyond_the_slices_in_which_a_breast_stands_out(labels):
+    """10 mm of protrusion are left where the cone of 60 mm is 5/6 of its radius wide; 20 mm more are kept."""
+    low, high = chest_limits(labels, nipples(labels))
+    wide = RADIUS * 5 / 6 + 20
+    assert (low[2], high[2]) == pytest.approx((-10 - wide, 10 + wide), abs=1.5 * H)
+    assert low[1] == high[1] == pytest.approx(0.0, abs=H), "the skin of the midline"
+
+
+def test_labels_without_rib_cage_or_breasts_say_what_to_mark(labels):
+    air = LabelMap(labels.grid, np.where(labels.values == Label.THORAX, np.uint8(0), labels.values))
+    with pytest.raises(FiducialError, match=r"thorax \(5\).*list nipple_left and nipple_right"):
+        nipples(air)
+    y = labels.grid.centres().reshape(*labels.grid.shape, 3)[..., 1]
+    flat = LabelMap(labels.grid, np.where(y < 0, np.uint8(0), labels.values))
+    with pytest.raises(FiducialError, match=r"no breast stands out.*list chest_1 to chest_4"):
+        chest_limits(flat, nipples(labels))
+
+
+def test_labels_that_nobody_knows_are_rejected_with_the_known_ones(labels):
+    values = labels.values.copy()
+    values[0, 0, :2] = (9, 12)
+    with pytest.raises(ImageError, match=r"mine\.nii: unknown labels 9, 12; choose among: 0 air, 1 adipose"):
+        usable_labels(replace(labels, values=values), "mine.nii")
+    with pytest.raises(ImageError, match="no voxel as adipose"):
+        usable_labels(LabelMap(labels.grid, np.zeros_like(labels.values)), "mine.nii")
+    nowhere = replace(labels.grid, origin=np.array([0.0, np.nan, 0.0]))
+    with pytest.raises(ImageError, match="must be finite numbers"):
+        usable_labels(LabelMap(nowhere, labels.values), "mine.nii")
+
+
+def test_the_outline_is_judged_as_an_image_is(labels):
+    outline, gravity = outline_image(labels), np.array([0.0, -1.0, 0.0])
+    require_usable(outline, position="prone", gravity=gravity)
+    front = labels.values[:, labels.values.any(axis=(0, 2)).argmax() + 3 :]
+    with pytest.raises(ImageError, match="cuts the breast off"):
+        require_usable(
+            outline_image(LabelMap(replace(labels.grid, shape=front.shape), front)),
+            position="prone",
+            gravity=gravity,
+        )
+
+
+def test_given_labels_are_the_labels_of_the_chain_and_nipples_follow(labels, tmp_path):
+    path = str(tmp_path / "labels.nii.gz")
+    write_labels(labels, path)
+    subject = Subject("left", "0 -1 0", (1,), moves=False, has=("labels",))
+    settings = {"registration": {"chest_markers": "found"}}
+    chain = Chain(subject, settings, frozenset(), STAGES).kept({"given_labels": {"labels": path}})
+    breast = chain["breast"]
+    assert np.array_equal(breast.labels.values, labels.values)
+    assert breast.labels.grid.same_as(labels.grid)
+    assert breast.nipple == pytest.approx(nipples(labels).point("nipple_left"), abs=1e-3)
+    assert breast.gravity.tolist() == [0.0, -1.0, 0.0], "her own frame"
+    assert "segmentation" not in chain.upstream("breast")
+    assert "registration" not in chain.upstream("breast")
+
+
+def test_a_file_of_other_labels_is_rejected_by_its_name(labels, tmp_path):
+    path = str(tmp_path / "labels.nii.gz")
+    write_labels(LabelMap(labels.grid, np.where(labels.values == 5, np.uint8(50), labels.values)), path)
+    with pytest.raises(ImageError, match=r"labels\.nii\.gz: unknown labels 50"):
+        load_given_labels({"labels": path})
