@@ -1,11 +1,13 @@
 """How far the skin of one mesh lies from the skin of another."""
 
 import numpy as np
+from skfem.element import ElementLineP2, ElementTriP2
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import TetMesh
 from mammosim.meshing.nearest import NearestOnTriangles
 
+TRIANGLE, EDGE = ElementTriP2(), ElementLineP2()
 # Flat pieces along an edge of a quadratic face: of its sagitta 1/16 is left as an error.
 PIECES = 4
 # A nearest point this near to the rim lies on it: rounding of coordinates of some 100 mm, with a margin.
@@ -70,9 +72,9 @@ def _to_edges(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     if len(edges) == 0:
         return np.full(len(points), np.inf)
     s = np.linspace(0, 1, PIECES + 1)
-    N = np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=1)
+    N = [EDGE.lbasis(s[None], a)[0] for a in range(3)]
     ends = np.array([(i, i + 1, i + 1) for i in range(PIECES)])
-    pieces = np.einsum("qa,fad->fqd", N, edges)[:, ends].reshape(-1, 3, 3)
+    pieces = np.einsum("aq,fad->fqd", N, edges)[:, ends].reshape(-1, 3, 3)
     nearest, _ = NearestOnTriangles(pieces)(points)
     return np.linalg.norm(nearest - points, axis=1)
 
@@ -90,7 +92,5 @@ def flat_pieces(faces: np.ndarray) -> np.ndarray:
     upward = [(at[i, j], at[i + 1, j], at[i, j + 1]) for i, j in at if i + j < k]
     downward = [(at[i + 1, j], at[i + 1, j + 1], at[i, j + 1]) for i, j in at if i + j < k - 1]
     i, j = np.array(list(at)).T / k
-    L = np.stack([1 - i - j, i, j], axis=1)
-    N = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)])
-    points = np.einsum("qa,fad->fqd", N, faces)
+    points = np.einsum("aq,fad->fqd", [TRIANGLE.lbasis((i, j), a)[0] for a in range(6)], faces)
     return points[:, np.array(upward + downward)].reshape(-1, 3, 3)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.mechanics.reference import (
-    TRIANGLE_EDGES,
+    TRIANGLE,
     TRIANGLE_POINTS,
     TRIANGLE_WEIGHTS,
     shape_functions,
@@ -28,12 +28,12 @@ class FaceRule:
     @cached_property
     def shapes(self) -> np.ndarray:
         """N (n_q, 6)."""
-        return shape_functions(self.points, TRIANGLE_EDGES)
+        return shape_functions(self.points, TRIANGLE)
 
     @cached_property
     def gradients(self) -> np.ndarray:
         """dN/dxi (n_q, 6, 2)."""
-        return shape_gradients(self.points, TRIANGLE_EDGES)
+        return shape_gradients(self.points, TRIANGLE)
 
     def areas(self, x: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Area (n_face, n_q) mm2 that each point stands for, of faces (n_face, 6) in x (n_node, 3)."""
