@@ -1,4 +1,4 @@
-"""Markers on the skin: bright balls that touch the body from outside, found to a part of a voxel."""
+"""Markers on the skin: bright balls in contact with the body from outside, found to a part of a voxel."""
 
 import numpy as np
 from scipy import ndimage

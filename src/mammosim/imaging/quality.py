@@ -45,7 +45,7 @@ def image_quality(image: Image, *, position: str) -> dict[str, str | float]:
 def require_usable(
     image: Image, *, position: str, gravity: np.ndarray, patient_position: str | None = None
 ) -> None:
-    """Refuse an image that later stages would misread; gravity (3,) in the image's frame, any length.
+    """Reject an image that later stages would misread; gravity (3,) in the image's frame, any length.
 
     Raises ImageError: the breast is cut off at the anterior or a lateral border; gravity or the
     PatientPosition tag contradicts the position. Raises ConfigurationError for an unknown position.

@@ -14,13 +14,13 @@ class Thickness:
     def __post_init__(self) -> None:
         if not self.mm > 0:
             raise MechanicsError(
-                f"thickness {self.mm:g} mm is outside (0, ...), above it the plates do not touch"
+                f"thickness {self.mm:g} mm is outside (0, ...), above it there is no contact"
             )
 
 
 @dataclass(frozen=True)
 class Force:
-    """Press until the paddle feels `newton`, within the part `tolerance` of it, or refuse at smallest_mm.
+    """Press until the paddle feels `newton`, within the part `tolerance` of it, or fail at smallest_mm.
 
     Raises MechanicsError for values that are not above 0.
     """

@@ -1,4 +1,4 @@
-"""Equilibrium: a verified minimum of the potential energy of a scene.
+"""Equilibrium: a verified minimum of the potential energy of a body.
 
 Newton's method on the free degrees of freedom, with the pressure of the bulk predicted at the integration
 points (see NeoHookean.predicted). Steps are cut so that J stays positive at every integration point; energy

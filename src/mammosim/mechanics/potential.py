@@ -1,4 +1,4 @@
-"""The potential energy of a scene, Pi = sum of effects + load factor * sum of loads."""
+"""The potential energy of a body, Pi = sum of effects + load factor * sum of loads."""
 
 from dataclasses import dataclass, replace
 
@@ -22,7 +22,7 @@ class Potential:
         return self.effects + tuple(Scaled(load, self.load_factor) for load in self.loads)
 
     def at(self, load_factor: float) -> "Potential":
-        """The same scene under a part of its loads."""
+        """The same body under a part of its loads."""
         return replace(self, load_factor=load_factor)
 
     def energy(self, x: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Problems that are refused before anything is assembled."""
+"""Problems that are rejected before anything is assembled."""
 
 import numpy as np
 from scipy import sparse

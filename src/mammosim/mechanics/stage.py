@@ -6,7 +6,7 @@ import numpy as np
 
 from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidPlate
 from mammosim.mechanics.equilibrium import Settings
-from mammosim.mechanics.grip import Grip
+from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.newton import Iteration, NewtonSettings
 
 # The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
@@ -39,15 +39,15 @@ class PressSettings:
 class Stage:
     """A body pressed to a thickness, with the unknowns q (m,) of the paddle.
 
-    contacts: paddle and support; grips: theirs, empty without friction; dissipated: by friction in all steps
-    so far, uJ; history: of the Newton iterations of this step.
+    contacts: paddle and support; friction_states: of both, empty without friction; dissipated: by friction in
+    all steps so far, uJ; history: of the Newton iterations of this step.
     """
 
     thickness: float
     q: np.ndarray
     x: np.ndarray
     contacts: tuple[RigidPlate, RigidPlate]
-    grips: tuple[Grip, ...] = ()
+    friction_states: tuple[FrictionState, ...] = ()
     dissipated: float = 0.0
     history: tuple[Iteration, ...] = ()
     seconds: float = 0.0
@@ -58,7 +58,7 @@ class Stage:
         return max(contact.state(self.x).penetration for contact in self.contacts)
 
     def meets_an_edge(self, within_mm: float) -> bool:
-        """Whether skin touches the rounded edge of a plate, or will when it comes nearer by as much."""
+        """Whether skin meets the rounded edge of a plate, or will when it comes nearer by as much."""
         for contact in self.contacts:
             y, d = contact.at_points(self.x)
             across = np.abs(contact.obstacle.material(y[d < within_mm])[:, :2])
@@ -68,7 +68,13 @@ class Stage:
 
     def surroundings(self) -> tuple[Effect, ...]:
         """Contacts and friction, as they acted in this step."""
-        return (*self.contacts, *(grip.effect(contact) for grip, contact in zip(self.grips, self.contacts)))
+        return (
+            *self.contacts,
+            *(
+                friction_state.effect(contact)
+                for friction_state, contact in zip(self.friction_states, self.contacts)
+            ),
+        )
 
 
 def default_penalty(effects: tuple[Effect, ...]) -> float:

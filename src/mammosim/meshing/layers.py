@@ -26,7 +26,7 @@ def with_layer(
     """The mesh with one layer of quadratic tetrahedra on a boundary, which moves to the layer's outside.
 
     outer (n_node, 3) mm: where the images of the boundary's nodes lie; rows of other nodes are not used.
-    What was the boundary becomes `fascia`; the layer's sides join `posterior` where their rim touches it.
+    What was the boundary becomes `fascia`; the layer's sides join `posterior` where their rim meets it.
     Raises MeshError when elements of the layer are inverted: outer lies inside, or is too far for its shape.
     """
     prisms = _Prisms.on(mesh, mesh.boundaries[boundary], outer)

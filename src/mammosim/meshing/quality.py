@@ -60,18 +60,18 @@ def require_sound(mesh: TetMesh) -> None:
 
     Not finite coordinates, unattached nodes, inverted or flat elements, several pieces, empty boundaries.
     """
-    _refuse(~np.isfinite(mesh.points).all(axis=1), "nodes have coordinates that are not finite")
-    _refuse(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0, "nodes belong to no cell")
+    _reject(~np.isfinite(mesh.points).all(axis=1), "nodes have coordinates that are not finite")
+    _reject(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0, "nodes belong to no cell")
     table = quality(mesh)
-    _refuse(~(table["smallest_J"].to_numpy() > 0), "cells are inverted")
-    _refuse(~(table["mean_ratio"].to_numpy() > FLAT), f"cells are flat (mean ratio below {FLAT:g})")
+    _reject(~(table["smallest_J"].to_numpy() > 0), "cells are inverted")
+    _reject(~(table["mean_ratio"].to_numpy() > FLAT), f"cells are flat (mean ratio below {FLAT:g})")
     _require_one_piece(mesh)
     for name, faces in mesh.boundaries.items():
         if len(faces) == 0:
             raise MeshError(f"boundary {name!r} has no faces; check the labels around the tissue")
 
 
-def _refuse(bad: np.ndarray, what: str) -> None:
+def _reject(bad: np.ndarray, what: str) -> None:
     if bad.any():
         which = np.flatnonzero(bad)
         named = ", ".join(map(str, which[:NAMED_CELLS])) + (", ..." if len(which) > NAMED_CELLS else "")

@@ -52,7 +52,7 @@ def test_icp_ends_at_the_least_squares_motion() -> None:
         ),
     ],
 )
-def test_markers_that_fix_no_motion_are_refused(markers: np.ndarray, message: str) -> None:
+def test_markers_that_fix_no_motion_are_rejected(markers: np.ndarray, message: str) -> None:
     with pytest.raises(FiducialError, match=message):
         match(markers, MARKERS)
 
@@ -127,6 +127,6 @@ def test_registering_twice_gives_the_same_numbers(chest, render) -> None:
         ({"iterations": 0}, "iterations = 0"),
     ],
 )
-def test_impossible_settings_are_refused(wrong, words) -> None:
+def test_impossible_settings_are_rejected(wrong, words) -> None:
     with pytest.raises(ConfigurationError, match=words):
         Settings(**wrong)

@@ -158,6 +158,6 @@ def test_a_plate_bends_as_plate_theory_has_it():
         lambda: Thickness(0.0),
     ],
 )
-def test_impossible_plates_are_refused(wrong):
+def test_impossible_plates_are_rejected(wrong):
     with pytest.raises(MechanicsError):
         wrong()

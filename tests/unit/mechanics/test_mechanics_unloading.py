@@ -1,4 +1,4 @@
-"""The stress-free shape, loaded again, is the measured one: every method, its refusals, and its parts."""
+"""The stress-free shape, loaded again, is the measured one: every method, how it fails, and its parts."""
 
 from dataclasses import dataclass
 
@@ -93,7 +93,7 @@ def test_the_mean_is_a_better_start_than_the_measured_shape(measured, mean):
     assert len(warm.history) < len(cold.history)
 
 
-def test_mean_start_without_a_mean_is_refused(measured):
+def test_mean_start_without_a_mean_is_rejected(measured):
     with pytest.raises(MechanicsError, match="mean of the prone and the supine shape of the same mesh"):
         METHODS["mean_start"](measured, BODY, gravity=HANGING)
 
@@ -120,7 +120,7 @@ def test_the_accelerated_step_solves_a_linear_problem_in_as_many_steps_as_unknow
     assert past[-1].X + accelerated(past) == pytest.approx(np.linalg.solve(A, b)[None])
 
 
-def test_a_fixed_point_that_is_not_reached_is_refused(measured):
+def test_a_fixed_point_that_is_not_reached_fails(measured):
     settings = UnloadingSettings(tolerance_mm=1e-6, max_iterations=2)
     with pytest.raises(MechanicsError, match="2 fixed-point iterations left a distance"):
         METHODS["fixed_point"](measured, BODY, gravity=HANGING, settings=settings)
@@ -139,14 +139,14 @@ class OnceLoaded(Body):
 
 
 @pytest.mark.parametrize("method", NODAL)
-def test_divergence_is_refused_with_its_reason(method, measured):
+def test_divergence_fails_with_its_reason(method, measured):
     with pytest.raises(
         MechanicsError, match=r"diverges at a mean of .* has no equilibrium .*raise its modulus"
     ):
         METHODS[method](measured, OnceLoaded(BODY.tissues), gravity=HANGING)
 
 
-def test_a_first_guess_without_equilibrium_is_refused_with_advice(measured):
+def test_a_first_guess_without_equilibrium_fails_with_advice(measured):
     with pytest.raises(
         MechanicsError, match=r"first guess has no equilibrium under gravity \(lost\); give a"
     ):

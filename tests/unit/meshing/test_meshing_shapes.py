@@ -76,13 +76,13 @@ def test_a_layer_leaves_no_gap_and_names_its_boundaries(half_ball):
     assert len(boundary_faces(layered.cells)) == named
 
 
-def test_a_layer_inside_the_body_is_refused_with_the_number_of_elements(half_ball):
+def test_a_layer_inside_the_body_is_rejected_with_the_number_of_elements(half_ball):
     n = 3 * len(half_ball.boundaries["skin"])
     with pytest.raises(MeshError, match=rf"of {n} elements of the layer are inverted"):
         with_layer(half_ball, half_ball.points * 0.9)
 
 
-def test_elements_larger_than_the_ball_are_refused():
+def test_elements_larger_than_the_ball_are_rejected():
     with pytest.raises(MeshError, match=r"edge_mm 70 is outside \(0, radius_mm = 60\]"):
         ball_part(R, 70.0)
 

@@ -1,4 +1,4 @@
-"""Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
+"""Effects: the terms of the potential energy. Each is a small frozen object of its own."""
 
 from mammosim.mechanics.effects.attraction import Attraction
 from mammosim.mechanics.effects.bent import BentBox
