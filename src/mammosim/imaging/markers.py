@@ -6,8 +6,7 @@ from scipy import ndimage
 from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.coarse import coarsened
-from mammosim.imaging.outline import body_mask, bright_level
+from mammosim.imaging.outline import body_mask, bright_level, coarsened
 
 # ASSUME: a marker's blob response exceeds half the brightness of fat; corners of fat itself reach 0.37 of it.
 LEAST_RESPONSE = 0.5

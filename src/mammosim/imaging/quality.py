@@ -5,8 +5,7 @@ import numpy as np
 from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.positions import gravity_direction
 from mammosim.core.volume import Image
-from mammosim.imaging.coarse import coarsened, spread
-from mammosim.imaging.outline import body_mask, bright_level
+from mammosim.imaging.outline import body_mask, bright_level, coarsened, spread
 
 # ASSUME: gravity may differ by up to 60 degrees from the usual direction of the claimed position.
 LARGEST_ANGLE_DEG = 60.0

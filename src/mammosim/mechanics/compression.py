@@ -12,8 +12,6 @@ import pandas as pd
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
-from mammosim.mechanics.balance import energy_imbalance
-from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
     Effect,
@@ -25,12 +23,11 @@ from mammosim.mechanics.equilibrium import LARGEST_IMBALANCE, Equilibrium, held_
 from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
-from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.potential import Potential, energy_imbalance
 from mammosim.mechanics.press import Press
-from mammosim.mechanics.press_path import force_n, path_table
-from mammosim.mechanics.soundness import faces_of, require_well_posed
-from mammosim.mechanics.stage import PressSettings, Stage, default_penalty
-from mammosim.mechanics.warm_start import WarmStart
+from mammosim.mechanics.press_path import WarmStart, force_n, path_table
+from mammosim.mechanics.reference import faces_of, require_well_posed
+from mammosim.mechanics.stage import Control, Force, PressSettings, Stage, Thickness, default_penalty
 
 __all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 

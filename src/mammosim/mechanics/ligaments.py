@@ -16,7 +16,7 @@ from skfem.refdom import RefTet
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES, TetMesh
-from mammosim.mechanics.soundness import faces_of
+from mammosim.mechanics.reference import faces_of
 
 _FACET = [RefTet.facets.index(sorted(face[:3])) for face in FACES]  # scikit-fem's number of each of FACES
 

@@ -8,8 +8,17 @@ import pytest
 from mammosim.core.errors import ConfigurationError, FiducialError, ImageError
 from mammosim.core.rigid import IDENTITY, RigidTransform, rotation
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.landmarks import icp, kabsch, match, residual
-from mammosim.imaging.registration import Settings, register, resample, rib_cage, transform_error
+from mammosim.imaging.registration import (
+    Settings,
+    icp,
+    kabsch,
+    match,
+    register,
+    resample,
+    residual,
+    rib_cage,
+    transform_error,
+)
 
 MOTION = RigidTransform(rotation(np.array([3.0, -2.0, 2.5])), np.array([4.0, -5.0, 3.0]))
 MARKERS = np.array([[0.0, -40, 75], [-65, -25, 70], [12, -45, 20], [80, -15, -75]])

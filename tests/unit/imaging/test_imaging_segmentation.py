@@ -8,8 +8,7 @@ from scipy import ndimage
 from mammosim.core.errors import ConfigurationError, SegmentationError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.volume import Image
-from mammosim.imaging.bias import correct_bias
-from mammosim.imaging.features import NAMES, features
+from mammosim.imaging.features import NAMES, correct_bias, features
 from mammosim.imaging.overlap import dice
 from mammosim.imaging.segmentation import Segmentation, Settings, segment
 

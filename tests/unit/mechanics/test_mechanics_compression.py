@@ -16,7 +16,7 @@ from mammosim.mechanics.compression import Force, Plates, PressSettings, Thickne
 from mammosim.mechanics.effects import Weight
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.newton import NewtonSettings
-from mammosim.mechanics.strain import cell_strain
+from mammosim.mechanics.reference import cell_strain
 
 TISSUES = {Label.ADIPOSE: Tissue(5.0, 0.45, 1.0)}
 

@@ -9,11 +9,8 @@ from mechanics_bodies import box
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.acceleration import accelerated
 from mammosim.mechanics.body import Body
-from mammosim.mechanics.corrections import nodal_inverses
-from mammosim.mechanics.elastic import carried
-from mammosim.mechanics.fixed_point import Tried, held_as_measured
+from mammosim.mechanics.fixed_point import Tried, accelerated, carried, held_as_measured, nodal_inverses
 from mammosim.mechanics.unloaded import UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
 

@@ -9,9 +9,8 @@ from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, FACES
 from mammosim.meshing.boundary import boundary_faces
-from mammosim.meshing.layers import with_layer
 from mammosim.meshing.quality import quality, require_sound
-from mammosim.meshing.shapes import ball_part, box
+from mammosim.meshing.shapes import ball_part, box, with_layer
 from mammosim.meshing.tetrahedra import quadratic
 
 R = 60.0
