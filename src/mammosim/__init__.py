@@ -33,8 +33,8 @@ _HOMES = {
     "Body": "mechanics.body",
     "Skin": "mechanics.body",
     "compress": "mechanics.compression",
-    "Force": "mechanics.control",
-    "Thickness": "mechanics.control",
+    "Force": "mechanics.stage",
+    "Thickness": "mechanics.stage",
     "inverse": "mechanics.inverse",
     "Plates": "mechanics.paddles",
     "Subject": "chain.subject",
@@ -67,9 +67,9 @@ if TYPE_CHECKING:
     from mammosim.io.meshes import read_mesh, write_mesh
     from mammosim.mechanics.body import Body, Skin
     from mammosim.mechanics.compression import compress
-    from mammosim.mechanics.control import Force, Thickness
     from mammosim.mechanics.inverse import inverse
     from mammosim.mechanics.paddles import Plates
+    from mammosim.mechanics.stage import Force, Thickness
     from mammosim.meshing.body import ElementSize, mesh_body
     from mammosim.xray.spectrum import monoenergetic
     from mammosim.xray.tube import tube_spectrum

@@ -10,13 +10,12 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
 from mammosim.core.labels import Label
-from mammosim.core.mesh import EDGES
 from mammosim.core.rng import generator
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import body_effects
 from mammosim.mechanics.effects import Weight
 from mammosim.mechanics.equilibrium import equilibrium
-from mammosim.mechanics.reference import shape_functions, shape_gradients
+from mammosim.mechanics.reference import TETRAHEDRON, shape_functions, shape_gradients
 
 
 def test_a_patch_of_distorted_cells_reproduces_an_affine_deformation():
@@ -90,7 +89,7 @@ def manufactured_errors(n):
     mesh = box((n, n, n), (2.0, 2.0, 2.0))
     xi, weights = get_quadrature(RefTet, 6)
     L = np.vstack([1 - xi.sum(axis=0), xi]).T
-    N, dN = shape_functions(L, EDGES), shape_gradients(L, EDGES)
+    N, dN = shape_functions(L, TETRAHEDRON), shape_gradients(L, TETRAHEDRON)
     X = mesh.points[mesh.cells]
     A = np.einsum("eai,qaj->eqij", X, dN)
     dV = np.linalg.det(A) * weights

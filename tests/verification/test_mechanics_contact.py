@@ -13,7 +13,7 @@ from mammosim.mechanics.body import body_effects
 from mammosim.mechanics.compression import Plates, PressSettings, Thickness, compress, released
 from mammosim.mechanics.effects import SIX_POINTS, RigidPlate, RoundedBox, Scaled, Weight
 from mammosim.mechanics.equilibrium import equilibrium
-from mammosim.mechanics.grip import Grip
+from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.paddles import Friction
 
 RADIUS = 60.0
@@ -94,8 +94,8 @@ def pulled(ratio, coefficient, slip_mm=0.1):
     held_aside = held | [True, False, False]
     on_ground = (*body_effects(mesh, stiff), contact, down)
     standing = equilibrium(mesh, on_ground, start=mesh.points - [0.0, 0.0, 1e-3], held=held_aside).points
-    grip, _ = Grip.none(Friction(coefficient, slip_mm), contact).carried(contact, standing)
-    friction = grip.lagged(contact, standing).effect(contact)
+    friction_state, _ = FrictionState.none(Friction(coefficient, slip_mm), contact).carried(contact, standing)
+    friction = friction_state.lagged(contact, standing).effect(contact)
     found = equilibrium(
         mesh, (*on_ground, friction), loads=(Scaled(aside, ratio),), start=standing, held=held
     )

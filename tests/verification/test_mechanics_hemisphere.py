@@ -19,7 +19,7 @@ from mammosim.mechanics.effects import RigidPlate, RoundedBox
 from mammosim.mechanics.equilibrium import Settings, equilibrium
 from mammosim.mechanics.newton import NewtonSettings
 from mammosim.mechanics.reference import face_quadrature
-from mammosim.meshing.layers import with_layer
+from mammosim.meshing.shapes import with_layer
 
 APEX = np.array([0.0, 0.0, 60.0])
 HANGING = np.array([0.0, 0.0, 1.0])

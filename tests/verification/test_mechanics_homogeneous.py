@@ -63,7 +63,7 @@ def test_uniaxial_stress(cube, case):
 
 
 @pytest.mark.parametrize("case", UNSTABLE, ids=named)
-def test_uniaxial_stress_that_is_no_minimum_is_in_equilibrium_and_refused(cube, case):
+def test_uniaxial_stress_that_is_no_minimum_is_in_equilibrium_and_unstable(cube, case):
     held = rollers(cube, (0, 1, 2))
     top = at(cube, 2, SIDE)
     held[top, 2] = True
@@ -115,7 +115,7 @@ def test_a_cube_pressed_between_plates_is_uniaxial_stress(nu, stretch):
     pressed = ends[np.all(heights == 0, axis=1) | np.all(heights == SIDE, axis=1)]
     cube = replace(cube, boundaries={"skin": pressed})
     held = rollers(cube, (0, 1))
-    held[at(cube, 2, SIDE / 2), 2] = True  # by symmetry; the plates alone hold nothing where they touch first
+    held[at(cube, 2, SIDE / 2), 2] = True  # by symmetry; the plates alone hold nothing at first contact
     thickness = stretch * SIDE + 2 * case.nominal / penalty
     half = np.array([4 * SIDE, 4 * SIDE, SIDE])
     result = compress(

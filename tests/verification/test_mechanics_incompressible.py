@@ -19,7 +19,7 @@ from mammosim.mechanics.effects import MixedNeoHookean, NeoHookean, Weight, bulk
 from mammosim.mechanics.equilibrium import Settings, equilibrium
 from mammosim.mechanics.newton import NewtonSettings
 from mammosim.mechanics.pattern import add_to_nodes
-from mammosim.mechanics.reference import shape_functions, shape_gradients
+from mammosim.mechanics.reference import TETRAHEDRON, shape_functions, shape_gradients
 
 NU = (0.45, 0.49, 0.495, 0.4999)
 LEVELS = (2, 4, 8)
@@ -102,11 +102,11 @@ def errors(law, nu, n):
     """The errors of displacement, F and J in the L2 norm, and of the whole volume."""
     mesh, material = distorted(n), tissue(nu)
     k = material.bulk_modulus_kpa
-    dN = shape_gradients(POINTS, EDGES)
+    dN = shape_gradients(POINTS, TETRAHEDRON)
     A = np.einsum("eai,qaj->eqij", mesh.points[mesh.cells], dN)
     dN = np.einsum("qaj,eqjk->eqak", dN, np.linalg.inv(A))
     w = np.linalg.det(A) * WEIGHTS
-    N = shape_functions(POINTS, EDGES)
+    N = shape_functions(POINTS, TETRAHEDRON)
     x, F, p = exact(np.einsum("qa,eai->eqi", N, mesh.points[mesh.cells]), k)
     forces = np.zeros_like(mesh.points)
     add_to_nodes(mesh.cells, np.einsum("eq,eqij,eqaj->eai", w, stress(F, p), dN), forces)

@@ -9,8 +9,8 @@ from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform
+from mammosim.mechanics.body import SIDES
 from mammosim.mechanics.inverse import InverseSettings, inverse
-from mammosim.mechanics.sides import SIDES
 from mammosim.study.identification.propagation import drawn_body, nipple_table, posed
 
 # Of the weight: Newton has then two steps behind it, and its next one moves the skin by 0.01 mm or less.

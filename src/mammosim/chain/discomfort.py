@@ -15,8 +15,7 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidContact
-from mammosim.mechanics.reference import face_quadrature
-from mammosim.mechanics.strain import cell_strain
+from mammosim.mechanics.reference import cell_strain, face_quadrature
 
 MM2_PER_CM2 = 100.0
 # What is measured in every cell, and what on every face of the skin.

@@ -6,7 +6,7 @@ import numpy as np
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import SUBTRIANGLES, TetMesh
-from mammosim.meshing.nearest import NearestOnTriangles
+from mammosim.meshing.distance import NearestOnTriangles
 
 # Barycentric coordinates (6, 3) of the nodes of a quadratic triangle.
 NODES = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])

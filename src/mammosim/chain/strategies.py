@@ -11,10 +11,10 @@ from mammosim.chain.touch import path_of
 from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.compression import Compression, PressSettings, compress, continued
-from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
-from mammosim.mechanics.warm_start import WarmStart
+from mammosim.mechanics.press_path import WarmStart
+from mammosim.mechanics.stage import Control, Force, Thickness
 
 STANDARD = "standard"
 # A force, and a mean pressure, are met within these parts of them.

@@ -11,8 +11,7 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import WITH_MODULUS, Tissue
 from mammosim.digital.anatomy import Anatomy
-from mammosim.mechanics.body import Body, Ligaments, Skin
-from mammosim.mechanics.sides import SIDES, sided_body
+from mammosim.mechanics.body import SIDES, Body, Ligaments, Skin, sided_body
 
 MIDDLE_MM = 0.0  # x of the plane between her sides, in the body frame
 SOLIDS = ("adipose", "glandular", "muscle")

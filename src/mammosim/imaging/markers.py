@@ -1,4 +1,4 @@
-"""Markers on the skin: bright balls that touch the body from outside, found to a part of a voxel."""
+"""Markers on the skin: bright balls in contact with the body from outside, found to a part of a voxel."""
 
 import numpy as np
 from scipy import ndimage
@@ -6,8 +6,7 @@ from scipy import ndimage
 from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.coarse import coarsened
-from mammosim.imaging.outline import body_mask, bright_level
+from mammosim.imaging.outline import body_mask, bright_level, coarsened
 
 # ASSUME: a marker's blob response exceeds half the brightness of fat; corners of fat itself reach 0.37 of it.
 LEAST_RESPONSE = 0.5

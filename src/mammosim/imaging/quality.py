@@ -5,8 +5,7 @@ import numpy as np
 from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.positions import gravity_direction
 from mammosim.core.volume import Image
-from mammosim.imaging.coarse import coarsened, spread
-from mammosim.imaging.outline import body_mask, bright_level
+from mammosim.imaging.outline import body_mask, bright_level, coarsened, spread
 
 # ASSUME: gravity may differ by up to 60 degrees from the usual direction of the claimed position.
 LARGEST_ANGLE_DEG = 60.0
@@ -45,7 +44,7 @@ def image_quality(image: Image, *, position: str) -> dict[str, str | float]:
 def require_usable(
     image: Image, *, position: str, gravity: np.ndarray, patient_position: str | None = None
 ) -> None:
-    """Refuse an image that later stages would misread; gravity (3,) in the image's frame, any length.
+    """Reject an image that later stages would misread; gravity (3,) in the image's frame, any length.
 
     Raises ImageError: the breast is cut off at the anterior or a lateral border; gravity or the
     PatientPosition tag contradicts the position. Raises ConfigurationError for an unknown position.

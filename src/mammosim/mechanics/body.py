@@ -1,18 +1,22 @@
-"""A body under gravity: its tissues, skin, fascia and ligaments as effects, and its equilibrium."""
+"""A body under gravity: its tissues, skin, fascia and ligaments as effects, and its equilibrium.
 
-from dataclasses import dataclass
+Its left and right halves may have moduli of their own.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
-from mammosim.core.tissues import Tissue, Tissues
+from mammosim.core.tissues import CellTissues, Tissue, Tissues
 from mammosim.mechanics.effects import Effect, Fibres, SkinMembrane, Weight, bulk_tissue
 from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium
 from mammosim.mechanics.ligaments import ligament_directions
-from mammosim.mechanics.reference import face_quadrature
-from mammosim.mechanics.soundness import faces_of
+from mammosim.mechanics.mixture import cell_tissues
+from mammosim.mechanics.reference import face_quadrature, faces_of
 
 
 @dataclass(frozen=True)
@@ -143,3 +147,37 @@ def load(
     """The equilibrium under gravity of a body of tissues and skin, see Body.load."""
     parts = () if skin is None else (skin,)
     return Body(tissues, parts).load(mesh, gravity, start=start, settings=settings)
+
+
+SIDES = ("left", "right")
+
+
+def is_left(mesh: TetMesh, elements: np.ndarray, middle_mm: float) -> np.ndarray:
+    """Which elements (n, m), cells or faces, lie to the left (x > middle_mm by the mean of their nodes)."""
+    left: np.ndarray = mesh.points[elements, 0].mean(axis=1) > middle_mm
+    return left
+
+
+def sided_body(
+    mesh: TetMesh, tissues: Mapping[str, Tissues], skins: Mapping[str, Skin], *, middle_mm: float
+) -> Body:
+    """The body of `mesh`, and of the same cells in any other shape, with tissues and skin per side.
+
+    tissues, skins: of `left` and of `right`; the skins differ in nothing but modulus and thickness.
+    middle_mm: x of the plane between the sides, in the frame of the mesh.
+    Raises MechanicsError for a tissue of the mesh without parameters, or a mesh without skin.
+    """
+    left = is_left(mesh, mesh.cells, middle_mm)
+    one, other = (cell_tissues(mesh, tissues[side]) for side in SIDES)
+    names = ("youngs_modulus_kpa", "poisson_ratio", "density_g_cm3")
+    both = CellTissues(*(np.where(left, getattr(one, name), getattr(other, name)) for name in names))
+    return Body(both, (_sided_skin(mesh, skins, middle_mm),))
+
+
+def _sided_skin(mesh: TetMesh, skins: Mapping[str, Skin], middle_mm: float) -> Skin:
+    left = is_left(mesh, faces_of(mesh, skins["left"].boundary), middle_mm)
+    per_face = {
+        name: np.where(left, *(getattr(skins[side], name) for side in SIDES))
+        for name in ("youngs_modulus_kpa", "thickness_mm")
+    }
+    return replace(skins["left"], **per_face)

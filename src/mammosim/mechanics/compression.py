@@ -12,8 +12,6 @@ import pandas as pd
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
-from mammosim.mechanics.balance import energy_imbalance
-from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import (
     ContactState,
     Effect,
@@ -22,15 +20,14 @@ from mammosim.mechanics.effects import (
     six_points_in_each,
 )
 from mammosim.mechanics.equilibrium import LARGEST_IMBALANCE, Equilibrium, held_nodes, solve
-from mammosim.mechanics.grip import Grip
+from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.newton import StepFailed
 from mammosim.mechanics.paddles import Plates
-from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.potential import Potential, energy_imbalance
 from mammosim.mechanics.press import Press
-from mammosim.mechanics.press_path import force_n, path_table
-from mammosim.mechanics.soundness import faces_of, require_well_posed
-from mammosim.mechanics.stage import PressSettings, Stage, default_penalty
-from mammosim.mechanics.warm_start import WarmStart
+from mammosim.mechanics.press_path import WarmStart, force_n, path_table
+from mammosim.mechanics.reference import faces_of, require_well_posed
+from mammosim.mechanics.stage import Control, Force, PressSettings, Stage, Thickness, default_penalty
 
 __all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
 
@@ -39,7 +36,7 @@ log = logging.getLogger(__name__)
 # Contact takes many rough steps of Newton, so that the V-cycle pays from fewer unknowns on (same note).
 MULTIGRID_ABOVE = 5_000
 _MOST_TRIALS = 20
-# How far beyond first contact the plates part, relative to the way: where flat skin just touches, which
+# How far beyond first contact the plates part, relative to the way: where flat skin is just in contact, which
 # points do is left to rounding.
 _CLEARANCE = 0.01
 
@@ -81,7 +78,7 @@ def compress(
 ) -> Compression:
     """Press a body, whose mesh.points are stress-free, between the plates to a thickness or a force.
 
-    The plates start where they touch the body first, and approach symmetrically; a step that fails is halved.
+    The plates start at first contact with the body, and approach symmetrically; a step that fails is halved.
     effects may hold more than tissue and skin: weight, under which the body is at the start, and a chest
     wall. held (n_node, 3) bool, default all components of the nodes of `posterior`.
     Raises MechanicsError when the asked thickness is not below that of first contact, EquilibriumError when
@@ -120,7 +117,7 @@ def released(
     held: np.ndarray | None = None,
     settings: PressSettings | None = None,
 ) -> Compression:
-    """The way back of a compression of the same body: the plates part until they do not touch it any more.
+    """The way back of a compression of the same body: the plates part until contact ends.
 
     Raises EquilibriumError as compress does.
     """
@@ -158,7 +155,7 @@ def _press(
 
 
 def _first_stage(press: Press, mesh: TetMesh) -> Stage:
-    """The body under its weight, if it has any, and the plates where they touch it."""
+    """The body under its weight, if it has any, and the plates at first contact with it."""
     weights = tuple(effect for effect in press.effects if isinstance(effect, Weight))
     x = mesh.points
     if weights:
@@ -168,8 +165,10 @@ def _first_stage(press: Press, mesh: TetMesh) -> Stage:
     boxes = press.plates.at(thickness)
     paddle, support = (replace(contact, obstacle=box) for contact, box in zip(press.apart, boxes))
     law = press.plates.friction
-    grips = () if law is None else tuple(Grip.none(law, contact) for contact in (paddle, support))
-    return Stage(thickness, press.plates.at_rest, x, (paddle, support), grips)
+    friction_states = (
+        () if law is None else tuple(FrictionState.none(law, contact) for contact in (paddle, support))
+    )
+    return Stage(thickness, press.plates.at_rest, x, (paddle, support), friction_states)
 
 
 def _to_control(press: Press, stages: list[Stage], control: Control) -> list[Stage]:
@@ -183,7 +182,7 @@ def _to_control(press: Press, stages: list[Stage], control: Control) -> list[Sta
 def _within(thickness: float, contact: float) -> float:
     if not 0 < thickness < contact:
         raise MechanicsError(
-            f"thickness {thickness:g} mm is outside (0, {contact:.1f}), where the plates touch first"
+            f"thickness {thickness:g} mm is outside (0, {contact:.1f}), the first contact of the plates"
         )
     return thickness
 

@@ -1,4 +1,4 @@
-"""Equilibrium: a verified minimum of the potential energy of a scene.
+"""Equilibrium: a verified minimum of the potential energy of a body.
 
 Newton's method on the free degrees of freedom, with the pressure of the bulk predicted at the integration
 points (see NeoHookean.predicted). Steps are cut so that J stays positive at every integration point; energy
@@ -16,12 +16,11 @@ import numpy as np
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
-from mammosim.mechanics.balance import energy_imbalance
 from mammosim.mechanics.effects.protocol import Effect
 from mammosim.mechanics.loading import Loading, Settings
 from mammosim.mechanics.newton import Iteration, System, is_stable
-from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.soundness import require_well_posed
+from mammosim.mechanics.potential import Potential, energy_imbalance
+from mammosim.mechanics.reference import require_well_posed
 
 __all__ = [
     "LARGEST_IMBALANCE",
@@ -46,7 +45,7 @@ class Equilibrium:
     load; smallest_J at the integration points; positive_definite: the exact tangent is, so a stable minimum;
     stability: how that is known, by the `inertia` of its factors or by `Lanczos`, see mechanics.solvers;
     energy uJ; energy_imbalance: of the work of the inner forces along the path against the stored energy,
-    relative, see mechanics.balance; load_factors: of the states on that path, which begins at the reference
+    relative, see mechanics.potential; load_factors: of the states on that path, which begins at the reference
     or at a start; factorisations (of the coarse level under conjugate gradients); cg_iterations; seconds of
     wall time; memory_mb: the largest of the process so far; solver_mb: of it, for factors.
     """

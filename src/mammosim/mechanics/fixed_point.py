@@ -14,13 +14,39 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
+from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
+from mammosim.core.tissues import Tissue
+from mammosim.mechanics.analysis import system_of
 from mammosim.mechanics.body import Body
-from mammosim.mechanics.elastic import carried
+from mammosim.mechanics.effects import NeoHookean
 from mammosim.mechanics.loading import Settings
 from mammosim.mechanics.newton import NewtonSettings
-from mammosim.mechanics.reference import smallest_jacobians
+from mammosim.mechanics.potential import Potential
+from mammosim.mechanics.reference import cell_quadrature, smallest_jacobians
 from mammosim.mechanics.unloaded import DEFAULT, Unloaded, UnloadingSettings, UnloadingStep
+
+# ASSUME: in the fixed point, interior nodes follow the skin as in a homogeneous elastic body, nu = 0.3.
+_CARRIER = Tissue(youngs_modulus_kpa=1.0, poisson_ratio=0.3, density_g_cm3=0.0)
+_ACCURACY = 1e-10
+
+
+def carried(mesh: TetMesh, displacement: np.ndarray, prescribed: np.ndarray) -> np.ndarray:
+    """The displacement (n_node, 3) mm of least energy with the given one at `prescribed` (n_node,) nodes.
+
+    Raises MechanicsError when nothing is prescribed.
+    """
+    if not prescribed.any():
+        raise MechanicsError("no node has a prescribed displacement; give the skin's or the posterior nodes")
+    bulk = NeoHookean.of(mesh, dict.fromkeys(Label, _CARRIER))
+    held = np.repeat(prescribed[:, None], 3, axis=1)
+    u = np.where(held, displacement, 0.0)
+    with system_of(Potential((bulk,)), held) as system:
+        K = system.potential.tangent(mesh.points, system.pattern)
+        force = -(K.to_csr() @ u.ravel())[system.rows.free]
+        least: np.ndarray = u + system.spread(system.solver.solve(K, force, _ACCURACY))
+        return least
+
 
 log = logging.getLogger(__name__)
 
@@ -171,3 +197,86 @@ def held_as_measured(start: np.ndarray, measured: TetMesh) -> np.ndarray:
     held[measured.boundary_nodes("posterior")] = True
     gap = np.where(held[:, None], measured.points - start, 0.0)
     return start + carried(measured.moved_to(start), gap, held) if gap.any() else start
+
+
+@dataclass(frozen=True)
+class Nodal:
+    """u = -d at every node (Carter 2009)."""
+
+    def driven(self, measured: TetMesh) -> np.ndarray:
+        """All nodes."""
+        return np.arange(len(measured.points))
+
+    def __call__(self, guess: Guess) -> np.ndarray:
+        """u (n_node, 3) mm; d is zero where x is held."""
+        return -guess.d
+
+
+@dataclass(frozen=True)
+class PulledBack(Nodal):
+    """u = -F^-1 d, F = dx/dX: the difference carried back into the stress-free shape (Eiben 2014)."""
+
+    def __call__(self, guess: Guess) -> np.ndarray:
+        """u (n_node, 3) mm."""
+        u: np.ndarray = -np.einsum("nij,nj->ni", nodal_inverses(guess.mesh, guess.x), guess.d)
+        return u
+
+
+@dataclass(frozen=True)
+class SurfaceDriven:
+    """u = -d at the nodes of the skin only, carried to those inside by an elastic transform."""
+
+    def driven(self, measured: TetMesh) -> np.ndarray:
+        """The nodes of the skin that are free."""
+        return np.setdiff1d(measured.boundary_nodes("skin"), measured.boundary_nodes("posterior"))
+
+    def __call__(self, guess: Guess) -> np.ndarray:
+        """u (n_node, 3) mm."""
+        mesh, u = guess.mesh, np.zeros_like(guess.d)
+        skin = self.driven(mesh)
+        u[skin] = -guess.d[skin]
+        prescribed = np.zeros(len(u), dtype=bool)
+        prescribed[skin] = prescribed[mesh.boundary_nodes("posterior")] = True
+        return carried(mesh, u, prescribed)
+
+
+def nodal_inverses(mesh: TetMesh, x: np.ndarray) -> np.ndarray:
+    """F^-1 (n_node, 3, 3) of the shape x (n_node, 3), mesh.points the reference.
+
+    At a node, the average of F^-1 over the reference volume of its cells.
+    """
+    quadrature = cell_quadrature(mesh.points, mesh.cells)
+    F = np.einsum("eai,eqaj->eqij", x[mesh.cells], quadrature.gradients)
+    sums = np.einsum("eq,eqij->eij", quadrature.volumes, np.linalg.inv(F))
+    total, weight = np.zeros((len(x), 3, 3)), np.zeros(len(x))
+    np.add.at(total, mesh.cells, sums[:, None])
+    np.add.at(weight, mesh.cells, quadrature.volumes.sum(axis=1)[:, None])
+    return total / weight[:, None, None]
+
+
+@dataclass(frozen=True)
+class Anderson:
+    """Steps that use the last `depth` guesses, each followed by damped ones should it be of no use.
+
+    With dX, dU the differences (3 n_node, m) of successive guesses and of their corrections, the step is
+    u - (dX + dU) gamma, where gamma minimises |u - dU gamma|.
+    """
+
+    depth: int = 5
+
+    def __call__(self, past: Sequence[Tried], damping: float) -> Iterator[tuple[np.ndarray, float]]:
+        """The accelerated step once there are two guesses, then damped ones."""
+        recent = past[-self.depth - 1 :]
+        if len(recent) > 1:
+            yield accelerated(recent), 1.0
+        yield from damped(past, damping)
+
+
+def accelerated(recent: Sequence[Tried]) -> np.ndarray:
+    """The step (n_node, 3) from the last of at least two guesses."""
+    u = recent[-1].u
+    dX = np.diff([tried.X.ravel() for tried in recent], axis=0).T
+    dU = np.diff([tried.u.ravel() for tried in recent], axis=0).T
+    gamma, *_ = np.linalg.lstsq(dU, u.ravel())
+    step: np.ndarray = u - ((dX + dU) @ gamma).reshape(u.shape)
+    return step

@@ -27,8 +27,7 @@ from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.newton import System, is_stable
 from mammosim.mechanics.pattern import Tangent
 from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.reference import smallest_jacobians
-from mammosim.mechanics.soundness import require_well_posed
+from mammosim.mechanics.reference import require_well_posed, smallest_jacobians
 from mammosim.mechanics.unloaded import Unloaded, UnloadingStep
 
 log = logging.getLogger(__name__)

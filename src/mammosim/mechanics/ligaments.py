@@ -1,23 +1,24 @@
 """Where Cooper's ligaments run: from the deep fascia, in front of the muscle or the chest wall, to the skin.
 
 They follow the gradient of phi with Laplace phi = 0, phi = 0 on the deep faces and 1 on the skin: smooth, at
-right angles to both, and unbranched. In linear tetrahedra it is constant:
-
-    grad phi = sum_a phi_a grad N_a,  grad N_a: column a of [1 X]^(-1),  K_ab = V grad N_a . grad N_b
+right angles to both, and unbranched. In linear tetrahedra, those of scikit-fem, grad phi is constant.
 """
 
 # ASSUME: Cooper's ligaments run from the deep fascia to the skin along the gradient of a harmonic function.
 # ASSUME: ligaments of a spring network join points spread over the skin to the nearest deep points.
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
+from skfem import Basis, ElementTetP1, MeshTet, condense, solve
+from skfem.models.poisson import laplace
+from skfem.refdom import RefTet
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES, TetMesh
-from mammosim.mechanics.soundness import faces_of
+from mammosim.mechanics.reference import faces_of
+
+_FACET = [RefTet.facets.index(sorted(face[:3])) for face in FACES]  # scikit-fem's number of each of FACES
 
 
 def faces_between(mesh: TetMesh, tissue: Label) -> np.ndarray:
@@ -25,13 +26,11 @@ def faces_between(mesh: TetMesh, tissue: Label) -> np.ndarray:
 
     As a boundary of the mesh they can carry a fascia; there are none where the mesh lacks the tissue.
     """
-    faces = mesh.cells[:, FACES].reshape(-1, 6)
-    inside = np.repeat(mesh.tissue == tissue, len(FACES))
-    _, number, count = np.unique(
-        np.sort(faces[:, :3], axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    of_tissue = np.bincount(number.ravel()[inside], minlength=len(count))
-    between: np.ndarray = faces[inside & ((of_tissue == 1) & (count == 2))[number.ravel()]]
+    straight = _straight(mesh.points, mesh.cells[:, :4])
+    one, other = straight.f2t
+    inside = mesh.tissue == tissue
+    border = (other >= 0) & (inside[one] != inside[other])
+    between: np.ndarray = mesh.cells[:, FACES][border[straight.t2f[_FACET].T] & inside[:, None]]
     return between
 
 
@@ -47,9 +46,10 @@ def deep_faces(mesh: TetMesh) -> np.ndarray:
 
 
 def ligament_directions(mesh: TetMesh) -> np.ndarray:
-    """Unit vectors (n_cell, 3) towards the skin, zero in muscle: directions for Fibres.
+    """Unit vectors (n_cell, 3) towards the skin: directions for Fibres.
 
-    mesh.points are the reference. Raises MechanicsError without the boundaries `skin` and `posterior`.
+    Zero in muscle, and in cells with all vertices on the skin, where phi does not change. mesh.points are the
+    reference. Raises MechanicsError without the boundaries `skin` and `posterior`.
     """
     muscle = mesh.tissue == Label.MUSCLE
     gradient = np.zeros((len(mesh.cells), 3))
@@ -64,19 +64,18 @@ def ligament_directions(mesh: TetMesh) -> np.ndarray:
 def _harmonic_slopes(points: np.ndarray, cells: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """grad phi (n_cell, 3) of linear tetrahedra (n_cell, 4), phi 0 at the nodes `low`, 1 at other `high`."""
     nodes, number = np.unique(cells, return_inverse=True)
-    number = number.reshape(-1, 4)
-    with_one = np.concatenate([np.ones((len(cells), 4, 1)), points[cells]], axis=2)
-    slopes = np.linalg.inv(with_one)[:, 1:, :]  # grad N_a (n_cell, 3, 4)
-    volumes = np.abs(np.linalg.det(with_one)) / 6
-    Ke = volumes[:, None, None] * np.einsum("eia,eib->eab", slopes, slopes)
-    rows, columns = np.repeat(number, 4, axis=1).ravel(), np.tile(number, (1, 4)).ravel()
-    K = sparse.csr_matrix((Ke.ravel(), (rows, columns)), shape=(len(nodes), len(nodes)))
+    basis = Basis(_straight(points[nodes], number.reshape(-1, 4)), ElementTetP1(), intorder=1)
     at_low, at_high = np.isin(nodes, low), np.isin(nodes, high)
-    free = ~at_low & ~at_high
-    phi = np.where(at_high & ~at_low, 1.0, 0.0)
-    phi[free] = spsolve(K[free][:, free].tocsc(), -K[free][:, ~free] @ phi[~free])
-    gradient: np.ndarray = np.einsum("eia,ea->ei", slopes, phi[number])
+    given = np.where(at_high & ~at_low, 1.0, 0.0)
+    phi = solve(*condense(laplace.assemble(basis), x=given, D=np.flatnonzero(at_low | at_high)))
+    gradient: np.ndarray = basis.interpolate(phi).grad[:, :, 0].T
+    gradient[np.ptp(phi[number.reshape(-1, 4)], axis=1) == 0] = 0.0  # rounding has no direction
     return gradient
+
+
+def _straight(points: np.ndarray, tetrahedra: np.ndarray) -> MeshTet:
+    """Points (n, 3) and tetrahedra (n_cell, 4) in the layout of scikit-fem."""
+    return MeshTet(np.ascontiguousarray(points.T), np.ascontiguousarray(tetrahedra.T))
 
 
 def ligament_pairs(mesh: TetMesh, *, spacing_mm: float) -> np.ndarray:

@@ -195,7 +195,7 @@ class Plates:
         return np.zeros(self.paddle.unknowns)
 
     def first_contact(self, points: np.ndarray) -> float:
-        """The largest distance between the faces at which a plate touches points (n, 3), mm."""
+        """The largest distance between the faces at which a plate is in contact with points (n, 3), mm."""
         y = (points - self.centre) @ self.axes
         under = np.all(np.abs(y[:, :2]) <= self.half_sizes[:2], axis=1)
         if not under.any():

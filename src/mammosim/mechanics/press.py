@@ -52,7 +52,7 @@ class _Response:
 class Press:
     """What stays the same while a body is pressed: body, plates, and how it is solved.
 
-    apart: the contacts of plates that touch nothing, which the pattern of the system knows.
+    apart: plates without contact, which the pattern of the system knows.
     """
 
     system: System
@@ -67,8 +67,13 @@ class Press:
         self._require_clear_of_held_skin(before[-1], thickness)
         history: list[Iteration] = []
         last = before[-1]
-        grips = tuple(grip.lagged(contact, last.x) for grip, contact in zip(last.grips, last.contacts))
-        stage = replace(self._guess(before, thickness), grips=grips, dissipated=last.dissipated)
+        friction_states = tuple(
+            friction_state.lagged(contact, last.x)
+            for friction_state, contact in zip(last.friction_states, last.contacts)
+        )
+        stage = replace(
+            self._guess(before, thickness), friction_states=friction_states, dissipated=last.dissipated
+        )
         for _ in range(_MOST_RAISES + 1):
             stage = self._with_friction(stage, history)
             if stage.penetration <= self.settings.penetration_mm:
@@ -111,10 +116,15 @@ class Press:
             )
 
     def _carried(self, stage: Stage) -> Stage:
-        """The stage with the grips that the next one begins with."""
-        after = [grip.carried(contact, stage.x) for grip, contact in zip(stage.grips, stage.contacts)]
+        """The stage with the friction states that the next one begins with."""
+        after = [
+            friction_state.carried(contact, stage.x)
+            for friction_state, contact in zip(stage.friction_states, stage.contacts)
+        ]
         dissipated = stage.dissipated + sum(lost for _, lost in after)
-        return replace(stage, grips=tuple(grip for grip, _ in after), dissipated=dissipated)
+        return replace(
+            stage, friction_states=tuple(friction_state for friction_state, _ in after), dissipated=dissipated
+        )
 
     def _guess(self, before: Sequence[Stage], thickness: float) -> Stage:
         """Shape and paddle along the line of the last two stages, as far as J stays above half."""
@@ -145,10 +155,13 @@ class Press:
         """The stage in equilibrium under friction forces that belong to its own normal forces."""
         for _ in range(_MOST_LAGS):
             stage = self._balanced(stage, history)
-            if not stage.grips:
+            if not stage.friction_states:
                 return stage
-            grips = tuple(grip.lagged(c, stage.x) for grip, c in zip(stage.grips, stage.contacts))
-            after = replace(stage, grips=grips)
+            friction_states = tuple(
+                friction_state.lagged(c, stage.x)
+                for friction_state, c in zip(stage.friction_states, stage.contacts)
+            )
+            after = replace(stage, friction_states=friction_states)
             if self._friction_change(stage, after) <= self.settings.friction_tolerance:
                 return stage
             stage = after

@@ -1,46 +1,45 @@
-"""Quadratic tetrahedra and triangles in the reference configuration: shape functions and quadrature.
+"""Quadratic tetrahedra and triangles in the reference configuration: quadrature, soundness, strain of cells.
 
-Shape functions N_a with the barycentric coordinates L: vertices L_a (2 L_a - 1), edges 4 L_a L_b, VTK order.
-Cells may be straight or curved: gradients are computed at every quadrature point.
+Shape functions and quadrature points are those of scikit-fem, whose order of the nodes is that of VTK. Cells
+may be straight or curved: gradients are computed at every quadrature point, by compiled kernels, which are
+faster than its mappings (decisions/mechanics_scikit_fem.md).
 """
 
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from skfem.element import ElementH1, ElementTetP2, ElementTriP2
+from skfem.quadrature import get_quadrature
 
-from mammosim.core.mesh import EDGES
+from mammosim.core.errors import MechanicsError
+from mammosim.core.mesh import TetMesh
 from mammosim.io.compiled import njit, prange
 
-TRIANGLE_EDGES = ((0, 1), (1, 2), (2, 0))
-
-# Four points of degree 2 in barycentric coordinates, equal weights (Keast 1986).
-_a, _b = 0.5854101966249685, 0.1381966011250105
-TETRAHEDRON_POINTS = np.full((4, 4), _b) + (_a - _b) * np.eye(4)
-TETRAHEDRON_WEIGHTS = np.full(4, 1 / 24)
-
-# Six points of degree 4 in barycentric coordinates (Dunavant 1985).
-_w1, _w2 = 0.223381589678011 / 2, 0.109951743655322 / 2
-_c, _d = 0.445948490915965, 0.091576213509771
-TRIANGLE_POINTS = np.array(
-    [np.roll([1 - 2 * s, s, s], k) for s in (_c, _d) for k in range(3)],
-)
-TRIANGLE_WEIGHTS = np.array([_w1] * 3 + [_w2] * 3)
+TETRAHEDRON, TRIANGLE = ElementTetP2(), ElementTriP2()
 
 
-def shape_functions(L: np.ndarray, edges: tuple[tuple[int, int], ...]) -> np.ndarray:
+def quadrature(element: ElementH1, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Barycentric points L (n_point, n_vertex) and weights (n_point,), which sum to the element's volume."""
+    xi, weights = get_quadrature(element.refdom, degree)
+    return np.vstack([1 - xi.sum(axis=0), xi]).T.copy(), weights
+
+
+# Four points with equal weights (Keast 1986), and six (Dunavant 1985).
+TETRAHEDRON_POINTS, TETRAHEDRON_WEIGHTS = quadrature(TETRAHEDRON, 2)
+TRIANGLE_POINTS, TRIANGLE_WEIGHTS = quadrature(TRIANGLE, 4)
+
+
+def shape_functions(L: np.ndarray, element: ElementH1) -> np.ndarray:
     """N (n_point, n_node) at barycentric points L (n_point, n_vertex)."""
-    vertices = L * (2 * L - 1)
-    return np.hstack([vertices, np.column_stack([4 * L[:, a] * L[:, b] for a, b in edges])])
+    return np.stack([element.lbasis(L.T[1:], a)[0] for a in range(len(element.doflocs))], axis=1)
 
 
-def shape_gradients(L: np.ndarray, edges: tuple[tuple[int, int], ...]) -> np.ndarray:
+def shape_gradients(L: np.ndarray, element: ElementH1) -> np.ndarray:
     """dN/dxi (n_point, n_node, n_vertex - 1), with xi_i = L_(i+1) and L_0 = 1 - sum xi."""
-    n_point, n_vertex = L.shape
-    dL = np.vstack([-np.ones(n_vertex - 1), np.eye(n_vertex - 1)])
-    vertices = [(4 * L[:, a, None] - 1) * dL[a] for a in range(n_vertex)]
-    between = [4 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a]) for a, b in edges]
-    return np.stack(vertices + between, axis=1).reshape(n_point, -1, n_vertex - 1)
+    return np.stack([element.lbasis(L.T[1:], a)[1].T for a in range(len(element.doflocs))], axis=1)
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def smallest_jacobians(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 def _jacobians_at(points: np.ndarray, cells: np.ndarray, L: np.ndarray) -> np.ndarray:
     """det dX/dxi (n_cell, n_point) at barycentric points L (n_point, 4)."""
-    dN = shape_gradients(L, EDGES)
+    dN = shape_gradients(L, TETRAHEDRON)
     a, b, c = (np.einsum("eai,qa->ieq", points[cells], dN[..., j], optimize=True) for j in range(3))
     det: np.ndarray = (
         a[0] * (b[1] * c[2] - b[2] * c[1])
@@ -96,7 +95,7 @@ _TO_BERNSTEIN = np.linalg.inv(_bernstein(_CUBIC, _CUBIC))
 
 def cell_quadrature(points: np.ndarray, cells: np.ndarray) -> CellQuadrature:
     """Four-point quadrature of quadratic tetrahedra with points (n_node, 3) and cells (n_cell, 10)."""
-    dN = shape_gradients(TETRAHEDRON_POINTS, EDGES)
+    dN = shape_gradients(TETRAHEDRON_POINTS, TETRAHEDRON)
     return CellQuadrature(*_gradients_and_volumes(points, cells, dN, TETRAHEDRON_WEIGHTS))
 
 
@@ -143,7 +142,7 @@ class FaceQuadrature:
 
 def face_quadrature(points: np.ndarray, faces: np.ndarray) -> FaceQuadrature:
     """Six-point quadrature of quadratic triangles with points (n_node, 3) and faces (n_face, 6)."""
-    dN = shape_gradients(TRIANGLE_POINTS, TRIANGLE_EDGES)
+    dN = shape_gradients(TRIANGLE_POINTS, TRIANGLE)
     A = np.einsum("eai,qaj->eqij", points[faces], dN)  # dX/dxi (n_face, 6, 3, 2)
     t1 = A[..., 0] / np.linalg.norm(A[..., 0], axis=-1, keepdims=True)
     normal = np.cross(A[..., 0], A[..., 1])
@@ -154,5 +153,107 @@ def face_quadrature(points: np.ndarray, faces: np.ndarray) -> FaceQuadrature:
     return FaceQuadrature(np.ascontiguousarray(gradients), area * TRIANGLE_WEIGHTS)
 
 
-FACE_SHAPES = shape_functions(TRIANGLE_POINTS, TRIANGLE_EDGES)
-CELL_SHAPES = shape_functions(TETRAHEDRON_POINTS, EDGES)
+FACE_SHAPES = shape_functions(TRIANGLE_POINTS, TRIANGLE)
+CELL_SHAPES = shape_functions(TETRAHEDRON_POINTS, TETRAHEDRON)
+
+
+# A cell flatter than this, relative to the cube of its longest edge, has lost all digits of its gradients.
+SMALLEST_RELATIVE_VOLUME = 1e-6
+
+
+def require_well_posed(mesh: TetMesh, held: np.ndarray | None) -> np.ndarray:
+    """held (n_node, 3) bool, when the mesh can be solved; None where it has no boundary 'posterior'.
+
+    Raises MechanicsError, naming cells or nodes and how many.
+    """
+    if held is None:
+        names = ", ".join(sorted(mesh.boundaries)) or "none"
+        raise MechanicsError(f"the mesh has no boundary 'posterior' (it has: {names}), so nothing is held")
+    if not held.any():
+        raise MechanicsError("the boundary 'posterior' is empty: nothing is held")
+    _require_finite(mesh)
+    _require_positive_cells(mesh)
+    _require_attached(mesh, np.any(held, axis=1))
+    return held
+
+
+def faces_of(mesh: TetMesh, boundary: str) -> np.ndarray:
+    """The faces (n_face, 6) of a named boundary. Raises MechanicsError when the mesh has none."""
+    if boundary not in mesh.boundaries:
+        names = ", ".join(sorted(mesh.boundaries)) or "none"
+        raise MechanicsError(f"the mesh has no boundary {boundary!r}; it has: {names}")
+    return mesh.boundaries[boundary]
+
+
+def _require_finite(mesh: TetMesh) -> None:
+    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    if len(bad):
+        raise MechanicsError(f"{len(bad)} nodes have coordinates that are no numbers: {_listed(bad)}")
+
+
+def _require_positive_cells(mesh: TetMesh) -> None:
+    smallest = smallest_jacobians(mesh.points, mesh.cells)
+    corners = mesh.points[mesh.cells[:, :4]]
+    edges = corners[:, [0, 0, 0, 1, 1, 2]] - corners[:, [1, 2, 3, 2, 3, 3]]
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    bad = np.flatnonzero(smallest <= SMALLEST_RELATIVE_VOLUME * longest**3)
+    if len(bad):
+        raise MechanicsError(
+            f"{len(bad)} cells are inverted or flat (det dX/dxi down to {smallest.min():.3g} mm3): "
+            f"{_listed(bad)}; re-mesh, or move their mid-edge nodes to the middle"
+        )
+
+
+def _require_attached(mesh: TetMesh, held: np.ndarray) -> None:
+    n_node = len(mesh.points)
+    used = np.zeros(n_node, dtype=bool)
+    used[mesh.cells] = True
+    if not used.all():
+        loose = np.flatnonzero(~used)
+        raise MechanicsError(f"{len(loose)} nodes belong to no cell: {_listed(loose)}; remove them")
+    first = np.repeat(mesh.cells[:, 0], 10)
+    links = sparse.coo_matrix((np.ones(first.size), (first, mesh.cells.ravel())), (n_node, n_node))
+    count, piece = connected_components(links, directed=False)
+    floating = np.setdiff1d(np.arange(count), piece[held])
+    if len(floating):
+        cells = np.flatnonzero(np.isin(piece[mesh.cells[:, 0]], floating))
+        raise MechanicsError(
+            f"{len(floating)} pieces of the mesh ({len(cells)} cells: {_listed(cells)}) are not attached to "
+            "'posterior'; remove them, or connect them"
+        )
+
+
+def _listed(numbers: np.ndarray) -> str:
+    return ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
+
+
+@dataclass(frozen=True)
+class CellStrain:
+    """Averages over the reference volume of each cell.
+
+    F (n_cell, 3, 3) = dx/dX; J (n_cell,): volume ratio of the cell; principal (n_cell, 3): ascending
+    principal values of the Green-Lagrange strain E = (F^T F - 1) / 2; volume (n_cell,): reference, mm3.
+    """
+
+    F: np.ndarray
+    J: np.ndarray
+    principal: np.ndarray
+    volume: np.ndarray
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """Ascending principal values (n_cell, 3) of Hencky's strain ln U = ln(2 E + 1) / 2, U^2 = F^T F."""
+        H: np.ndarray = np.log1p(2 * self.principal) / 2
+        return H
+
+
+def cell_strain(mesh: TetMesh, x: np.ndarray) -> CellStrain:
+    """Strain of the cells of a mesh, whose points are the reference, in the loaded shape x (n_node, 3)."""
+    quadrature = cell_quadrature(mesh.points, mesh.cells)
+    F = np.einsum("eai,eqaj->eqij", x[mesh.cells], quadrature.gradients)
+    volume = quadrature.volumes.sum(axis=1)
+    weights = quadrature.volumes / volume[:, None]
+    mean_F = np.einsum("eq,eqij->eij", weights, F)
+    J = np.einsum("eq,eq->e", weights, np.linalg.det(F))
+    E = (np.swapaxes(mean_F, 1, 2) @ mean_F - np.eye(3)) / 2
+    return CellStrain(mean_F, J, np.linalg.eigvalsh(E), volume)

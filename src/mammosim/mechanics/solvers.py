@@ -32,7 +32,7 @@ class _TooManySteps(Exception):
 class MultigridSolver:
     """Conjugate gradients under a V-cycle whose coarse level, the linear elements, is factorised.
 
-    A tangent is refused as indefinite when a diagonal block, the coarse matrix or p . K p of a search
+    A tangent is rejected as indefinite when a diagonal block, the coarse matrix or p . K p of a search
     direction is not positive, each of which is a proof, and to be safe when r . M^-1 r is not, which may also
     mean that the smoother's bound was too low. That a tangent is definite is an estimate, see is_definite.
     A mesh on which too many iterations were needed once is solved directly from then on.

@@ -1,13 +1,50 @@
-"""A step of a compression: how it is solved, and what it leaves."""
+"""A compression: when it ends, how its steps are solved, and what each leaves."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from mammosim.core.errors import MechanicsError
 from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidPlate
 from mammosim.mechanics.equilibrium import Settings
-from mammosim.mechanics.grip import Grip
+from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.newton import Iteration, NewtonSettings
+
+
+@dataclass(frozen=True)
+class Thickness:
+    """Press until the plates are `mm` apart as the machine reads it. Raises MechanicsError for mm <= 0."""
+
+    mm: float
+
+    def __post_init__(self) -> None:
+        if not self.mm > 0:
+            raise MechanicsError(
+                f"thickness {self.mm:g} mm is outside (0, ...), above it there is no contact"
+            )
+
+
+@dataclass(frozen=True)
+class Force:
+    """Press until the paddle feels `newton`, within the part `tolerance` of it, or fail at smallest_mm.
+
+    Raises MechanicsError for values that are not above 0.
+    """
+
+    newton: float
+    smallest_mm: float = 10.0
+    tolerance: float = 1e-4
+
+    def __post_init__(self) -> None:
+        if not (self.newton > 0 and self.smallest_mm > 0 and self.tolerance > 0):
+            raise MechanicsError(
+                f"force {self.newton:g} N, smallest thickness {self.smallest_mm:g} mm and tolerance "
+                f"{self.tolerance:g} must be above 0; clinical forces are 50 to 200 N"
+            )
+
+
+Control = Thickness | Force
+
 
 # The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
 PENALTY_RATIO = 100.0
@@ -39,15 +76,15 @@ class PressSettings:
 class Stage:
     """A body pressed to a thickness, with the unknowns q (m,) of the paddle.
 
-    contacts: paddle and support; grips: theirs, empty without friction; dissipated: by friction in all steps
-    so far, uJ; history: of the Newton iterations of this step.
+    contacts: paddle and support; friction_states: of both, empty without friction; dissipated: by friction in
+    all steps so far, uJ; history: of the Newton iterations of this step.
     """
 
     thickness: float
     q: np.ndarray
     x: np.ndarray
     contacts: tuple[RigidPlate, RigidPlate]
-    grips: tuple[Grip, ...] = ()
+    friction_states: tuple[FrictionState, ...] = ()
     dissipated: float = 0.0
     history: tuple[Iteration, ...] = ()
     seconds: float = 0.0
@@ -58,7 +95,7 @@ class Stage:
         return max(contact.state(self.x).penetration for contact in self.contacts)
 
     def meets_an_edge(self, within_mm: float) -> bool:
-        """Whether skin touches the rounded edge of a plate, or will when it comes nearer by as much."""
+        """Whether skin meets the rounded edge of a plate, or will when it comes nearer by as much."""
         for contact in self.contacts:
             y, d = contact.at_points(self.x)
             across = np.abs(contact.obstacle.material(y[d < within_mm])[:, :2])
@@ -68,7 +105,13 @@ class Stage:
 
     def surroundings(self) -> tuple[Effect, ...]:
         """Contacts and friction, as they acted in this step."""
-        return (*self.contacts, *(grip.effect(contact) for grip, contact in zip(self.grips, self.contacts)))
+        return (
+            *self.contacts,
+            *(
+                friction_state.effect(contact)
+                for friction_state, contact in zip(self.friction_states, self.contacts)
+            ),
+        )
 
 
 def default_penalty(effects: tuple[Effect, ...]) -> float:

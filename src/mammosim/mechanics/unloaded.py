@@ -36,7 +36,7 @@ class UnloadingSettings:
     """When an iteration ends.
 
     tolerance_mm: largest distance of a node between the reloaded and the measured shape; max_iterations;
-    smallest_damping: of a correction, before it is refused.
+    smallest_damping: of a correction, before the iteration fails.
     """
 
     tolerance_mm: float = 0.05

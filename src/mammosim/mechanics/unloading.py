@@ -9,11 +9,19 @@ import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
-from mammosim.mechanics.acceleration import Anderson
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Body
-from mammosim.mechanics.corrections import Nodal, PulledBack, SurfaceDriven
-from mammosim.mechanics.fixed_point import Correction, FixedPoint, Steps, damped, held_as_measured
+from mammosim.mechanics.fixed_point import (
+    Anderson,
+    Correction,
+    FixedPoint,
+    Nodal,
+    PulledBack,
+    Steps,
+    SurfaceDriven,
+    damped,
+    held_as_measured,
+)
 from mammosim.mechanics.inverse import InverseSettings
 from mammosim.mechanics.inverse import inverse as newton_inverse
 from mammosim.mechanics.unloaded import DEFAULT, Method, Unloaded, UnloadingSettings, UnloadingStep

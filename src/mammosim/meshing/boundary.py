@@ -2,6 +2,8 @@
 
 import numpy as np
 from scipy import ndimage
+from skfem import MeshTet
+from skfem.refdom import RefTet
 
 from mammosim.core.labels import DEFORMABLE
 from mammosim.core.mesh import FACES, TetMesh
@@ -9,13 +11,18 @@ from mammosim.core.volume import LabelMap
 from mammosim.meshing.lattice import POINT_MM, on_lattice
 from mammosim.meshing.surface import OPEN
 
+_FACET = [RefTet.facets.index(sorted(face[:3])) for face in FACES]  # scikit-fem's number of each of FACES
+
 
 def boundary_faces(cells: np.ndarray) -> np.ndarray:
     """Quadratic triangles (n_face, 6), normals outward, that belong to one cell (n_cell, 10) only."""
-    faces = cells[:, FACES].reshape(-1, 6)
-    corners = np.sort(faces[:, :3], axis=1)
-    _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
-    return faces[np.sort(first[count == 1])]
+    facet = topology(cells[:, :4]).t2f[_FACET].T
+    return cells[:, FACES][np.bincount(facet.ravel())[facet] == 1]
+
+
+def topology(tetrahedra: np.ndarray) -> MeshTet:
+    """Facets and edges of tetrahedra (n_cell, 4), by scikit-fem; its points are all zero."""
+    return MeshTet(np.zeros((3, tetrahedra.max() + 1)), np.ascontiguousarray(tetrahedra.T))
 
 
 def named_boundaries(mesh: TetMesh, labels: LabelMap) -> dict[str, np.ndarray]:

@@ -1,11 +1,83 @@
-"""How far the skin of one mesh lies from the skin of another."""
+"""The nearest point of a triangle surface, and how far the skin of one mesh lies from that of another."""
 
 import numpy as np
+from scipy.spatial import cKDTree
+from skfem.element import ElementLineP2, ElementTriP2
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import TetMesh
-from mammosim.meshing.nearest import NearestOnTriangles
+from mammosim.io.compiled import njit
+from mammosim.meshing.lattice import dot
 
+# Of triangles whose squared distances differ by less than this factor the first counts as the nearest, so
+# that the last bit does not choose between two that are equally far.
+NEARER = 1 - 1e-12
+
+
+class NearestOnTriangles:
+    """Exact nearest points on triangles with corners (m, 3, 3) mm."""
+
+    def __init__(self, corners: np.ndarray) -> None:
+        self.corners = np.ascontiguousarray(corners, dtype=float)
+        centres = self.corners.mean(axis=1)
+        self._radius = np.linalg.norm(self.corners - centres[:, None], axis=2).max()
+        self._tree = cKDTree(centres)
+
+    def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nearest point (n, 3) on any triangle and the number (n,) of that triangle, for points (n, 3)."""
+        points = np.ascontiguousarray(points, dtype=float)
+        _, first = self._tree.query(points)
+        start = np.arange(len(points) + 1)
+        bound = np.linalg.norm(_nearest(points, self.corners, start, first)[0] - points, axis=1)
+        # A triangle that comes nearer has its centre within the bound plus the largest circumradius.
+        near = self._tree.query_ball_point(points, bound + self._radius * (1 + 1e-9), return_sorted=True)
+        start = np.concatenate([[0], np.cumsum([len(n) for n in near])])
+        return _nearest(points, self.corners, start, np.concatenate(near).astype(np.int64))
+
+
+@njit(cache=True)
+def _nearest(
+    points: np.ndarray, corners: np.ndarray, start: np.ndarray, candidates: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    nearest = np.empty_like(points)
+    which = np.empty(len(points), dtype=np.int64)
+    for n in range(len(points)):
+        smallest = np.inf
+        for c in range(start[n], start[n + 1]):
+            t = candidates[c]
+            q = _nearest_on_triangle(points[n], corners[t, 0], corners[t, 1], corners[t, 2])
+            d = np.sum((q - points[n]) ** 2)
+            if d < smallest * NEARER:
+                smallest = d
+                nearest[n] = q
+                which[n] = t
+    return nearest, which
+
+
+@njit(cache=True)
+def _nearest_on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """By the Voronoi region of p: corners, then edges, then the face (Ericson 2005, section 5.1.5)."""
+    ab, ac, ap, bp, cp = b - a, c - a, p - a, p - b, p - c
+    d1, d2 = dot(ab, ap), dot(ac, ap)
+    d3, d4 = dot(ab, bp), dot(ac, bp)
+    d5, d6 = dot(ab, cp), dot(ac, cp)
+    if d1 <= 0 and d2 <= 0:
+        return a
+    if d3 >= 0 and d4 <= d3:
+        return b
+    if d6 >= 0 and d5 <= d6:
+        return c
+    vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
+    if vc <= 0 and d1 >= 0 and d3 <= 0:
+        return a + ab * (d1 / (d1 - d3))
+    if vb <= 0 and d2 >= 0 and d6 <= 0:
+        return a + ac * (d2 / (d2 - d6))
+    if va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0:
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))
+    return a + ab * (vb / (va + vb + vc)) + ac * (vc / (va + vb + vc))
+
+
+TRIANGLE, EDGE = ElementTriP2(), ElementLineP2()
 # Flat pieces along an edge of a quadratic face: of its sagitta 1/16 is left as an error.
 PIECES = 4
 # A nearest point this near to the rim lies on it: rounding of coordinates of some 100 mm, with a margin.
@@ -70,9 +142,9 @@ def _to_edges(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     if len(edges) == 0:
         return np.full(len(points), np.inf)
     s = np.linspace(0, 1, PIECES + 1)
-    N = np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=1)
+    N = [EDGE.lbasis(s[None], a)[0] for a in range(3)]
     ends = np.array([(i, i + 1, i + 1) for i in range(PIECES)])
-    pieces = np.einsum("qa,fad->fqd", N, edges)[:, ends].reshape(-1, 3, 3)
+    pieces = np.einsum("aq,fad->fqd", N, edges)[:, ends].reshape(-1, 3, 3)
     nearest, _ = NearestOnTriangles(pieces)(points)
     return np.linalg.norm(nearest - points, axis=1)
 
@@ -90,7 +162,5 @@ def flat_pieces(faces: np.ndarray) -> np.ndarray:
     upward = [(at[i, j], at[i + 1, j], at[i, j + 1]) for i, j in at if i + j < k]
     downward = [(at[i + 1, j], at[i + 1, j + 1], at[i, j + 1]) for i, j in at if i + j < k - 1]
     i, j = np.array(list(at)).T / k
-    L = np.stack([1 - i - j, i, j], axis=1)
-    N = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)])
-    points = np.einsum("qa,fad->fqd", N, faces)
+    points = np.einsum("aq,fad->fqd", [TRIANGLE.lbasis((i, j), a)[0] for a in range(6)], faces)
     return points[:, np.array(upward + downward)].reshape(-1, 3, 3)

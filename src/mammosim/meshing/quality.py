@@ -4,6 +4,9 @@ import numpy as np
 import pandas as pd
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from skfem.element import ElementTetP2
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTet
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import EDGES, FACES, TetMesh
@@ -12,10 +15,10 @@ from mammosim.core.mesh import EDGES, FACES, TetMesh
 FLAT = 0.05
 NAMED_CELLS = 5
 
-_CORNERS = np.eye(4)
-_MIDDLES = _CORNERS[np.array(EDGES)].mean(axis=1)
-# The 4-point rule of degree 2 (Hammer and Stroud 1956), barycentric.
-_GAUSS = np.full((4, 4), (5 - np.sqrt(5)) / 20) + np.eye(4) * np.sqrt(5) / 5
+_ELEMENT = ElementTetP2()
+# The ten nodes and then four Gauss points of degree 2, barycentric.
+_XI = np.vstack([_ELEMENT.doflocs, get_quadrature(RefTet, 2)[0].T])
+_POINTS = np.column_stack([1 - _XI.sum(axis=1), _XI])
 
 
 def quality(mesh: TetMesh) -> pd.DataFrame:
@@ -30,7 +33,7 @@ def quality(mesh: TetMesh) -> pd.DataFrame:
     a, b = np.array(EDGES).T
     edges = np.linalg.norm(x[:, b] - x[:, a], axis=2)
     straight = np.linalg.det(x[:, 1:4] - x[:, :1])
-    dets = jacobians(x, np.vstack([_CORNERS, _MIDDLES, _GAUSS]))
+    dets = jacobians(x, _POINTS)
     area = sum(
         np.linalg.norm(np.cross(x[:, f[1]] - x[:, f[0]], x[:, f[2]] - x[:, f[0]]), axis=1) / 2 for f in FACES
     )
@@ -48,11 +51,8 @@ def quality(mesh: TetMesh) -> pd.DataFrame:
 
 def jacobians(x: np.ndarray, L: np.ndarray) -> np.ndarray:
     """det dx/dxi (n_cell, q) of elements with nodes x (n_cell, 10, 3) at barycentric L (q, 4), xi = L[1:]."""
-    dL = np.vstack([-np.ones(3), np.eye(3)])
-    a, b = np.array(EDGES).T
-    corners = (4 * L - 1)[:, :, None] * dL
-    edges = 4 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a])
-    return np.linalg.det(np.einsum("cad,qae->cqde", x, np.concatenate([corners, edges], axis=1)))
+    dN = np.stack([_ELEMENT.lbasis(L.T[1:], a)[1] for a in range(10)])
+    return np.linalg.det(np.einsum("cad,aeq->cqde", x, dN))
 
 
 def require_sound(mesh: TetMesh) -> None:
@@ -60,18 +60,18 @@ def require_sound(mesh: TetMesh) -> None:
 
     Not finite coordinates, unattached nodes, inverted or flat elements, several pieces, empty boundaries.
     """
-    _refuse(~np.isfinite(mesh.points).all(axis=1), "nodes have coordinates that are not finite")
-    _refuse(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0, "nodes belong to no cell")
+    _reject(~np.isfinite(mesh.points).all(axis=1), "nodes have coordinates that are not finite")
+    _reject(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0, "nodes belong to no cell")
     table = quality(mesh)
-    _refuse(~(table["smallest_J"].to_numpy() > 0), "cells are inverted")
-    _refuse(~(table["mean_ratio"].to_numpy() > FLAT), f"cells are flat (mean ratio below {FLAT:g})")
+    _reject(~(table["smallest_J"].to_numpy() > 0), "cells are inverted")
+    _reject(~(table["mean_ratio"].to_numpy() > FLAT), f"cells are flat (mean ratio below {FLAT:g})")
     _require_one_piece(mesh)
     for name, faces in mesh.boundaries.items():
         if len(faces) == 0:
             raise MeshError(f"boundary {name!r} has no faces; check the labels around the tissue")
 
 
-def _refuse(bad: np.ndarray, what: str) -> None:
+def _reject(bad: np.ndarray, what: str) -> None:
     if bad.any():
         which = np.flatnonzero(bad)
         named = ", ".join(map(str, which[:NAMED_CELLS])) + (", ..." if len(which) > NAMED_CELLS else "")

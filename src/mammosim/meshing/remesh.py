@@ -10,9 +10,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
+from mammosim.meshing.distance import NearestOnTriangles
 from mammosim.meshing.edges import resized
 from mammosim.meshing.lattice import POINT_MM, on_lattice
-from mammosim.meshing.nearest import NearestOnTriangles
 from mammosim.meshing.surface import Surface
 
 Size = Callable[[np.ndarray], np.ndarray]

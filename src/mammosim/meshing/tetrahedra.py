@@ -9,7 +9,8 @@ import numpy as np
 
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
-from mammosim.core.mesh import EDGES, TetMesh
+from mammosim.core.mesh import TetMesh
+from mammosim.meshing.boundary import topology
 from mammosim.meshing.lattice import NODE_MM, POINT_MM, on_lattice
 from mammosim.meshing.remesh import Size, remeshed
 from mammosim.meshing.surface import Surface
@@ -114,7 +115,6 @@ def gmsh_session() -> Iterator[None]:
 
 def quadratic(points: np.ndarray, tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points with the middles of the edges appended, and cells (m, 10) in VTK order."""
-    edges = np.sort(tetrahedra[:, EDGES], axis=2)
-    unique, number = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
-    cells = np.hstack([tetrahedra, len(points) + number.reshape(-1, len(EDGES))])
-    return np.vstack([points, points[unique].mean(axis=1)]), cells
+    straight = topology(tetrahedra)
+    cells = np.hstack([tetrahedra, len(points) + straight.t2e.T])
+    return np.vstack([points, points[straight.edges.T].mean(axis=1)]), cells

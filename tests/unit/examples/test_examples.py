@@ -46,7 +46,7 @@ def test_the_library_needs_nothing_of_the_workflow(repository):
     """All that a public name imports comes without the packages of the extra `workflow`."""
     text = """
 import sys
-for name in ("snakemake", "jinja2", "jsonschema", "yaml", "skfem"):
+for name in ("snakemake", "jinja2", "jsonschema", "yaml"):
     sys.modules[name] = None
 import mammosim as ms
 from importlib import import_module

@@ -4,7 +4,7 @@ import numpy as np
 
 from mammosim.core.rigid import rotation
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.coarse import block, coarsened, spread
+from mammosim.imaging.outline import block, coarsened, spread
 
 FINE = Grid((6, 9, 8), np.array([0.5, 0.5, 0.6]), np.array([3.0, -4, 5]), rotation(np.array([1.0, 2, 3])))
 VALUES = np.random.default_rng(1).normal(size=FINE.shape).astype(np.float32)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mammosim.imaging.contour import grow, speed
+from mammosim.imaging.segmentation import grow, speed
 
 Z, Y, X = np.indices((24, 24, 24)) - 11.5
 BALL = Z**2 + Y**2 + X**2 < 8**2

@@ -1,4 +1,4 @@
-"""Markers are found where they are, and too few or useless ones are refused before any registration."""
+"""Markers are found where they are, and too few or useless ones are rejected before any registration."""
 
 import numpy as np
 import pytest
@@ -45,13 +45,13 @@ def test_an_unlisted_breast_marker_is_not_taken_for_a_chest_marker(chest) -> Non
         chest_markers(chest.image, short)
 
 
-def test_fewer_than_four_chest_markers_are_refused(render) -> None:
+def test_fewer_than_four_chest_markers_are_rejected(render) -> None:
     scan = render(4.0, high=(164, 70, 60))  # the two upper markers lie outside the image
     with pytest.raises(FiducialError, match=r"2 chest markers at .* mm, 4 are needed"):
         chest_markers(scan.image, scan.listed())
 
 
-def test_collinear_markers_are_refused() -> None:
+def test_collinear_markers_are_rejected() -> None:
     line = np.array([[1.0, 0, 0], [0, 0, 40], [0, 2, 80], [0, 0, 120]])
     with pytest.raises(FiducialError, match=r"collinear: they spread 89 mm along a line and 1\.. mm across"):
         require_four(line)

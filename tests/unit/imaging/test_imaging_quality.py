@@ -1,4 +1,4 @@
-"""An image is refused when the breast is cut off or its position cannot be what it claims."""
+"""An image is rejected when the breast is cut off or its position cannot be what it claims."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_a_whole_breast_in_its_position_is_usable(chest) -> None:
         ("supine_tilted", np.array([0.7, 0.7, 0]), "FFP", "contradicts the PatientPosition tag 'FFP'"),
     ],
 )
-def test_a_position_that_contradicts_gravity_or_tag_is_refused(
+def test_a_position_that_contradicts_gravity_or_tag_is_rejected(
     chest, position, gravity, tag, message
 ) -> None:
     with pytest.raises(ImageError, match=message):
@@ -56,7 +56,7 @@ def test_gravity_must_be_a_direction(chest) -> None:
         ("left", {"high": (90, 70, 90)}),
     ],
 )
-def test_a_breast_that_is_cut_off_is_refused(render, side, window) -> None:
+def test_a_breast_that_is_cut_off_is_rejected(render, side, window) -> None:
     scan = render(4.0, **window)
     message = rf"cuts the breast off: tissue covers \d+ mm2 of its {side} border, the limit is 50 mm2"
     with pytest.raises(ImageError, match=message):

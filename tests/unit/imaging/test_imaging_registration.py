@@ -8,8 +8,17 @@ import pytest
 from mammosim.core.errors import ConfigurationError, FiducialError, ImageError
 from mammosim.core.rigid import IDENTITY, RigidTransform, rotation
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.landmarks import icp, kabsch, match, residual
-from mammosim.imaging.registration import Settings, register, resample, rib_cage, transform_error
+from mammosim.imaging.registration import (
+    Settings,
+    icp,
+    kabsch,
+    match,
+    register,
+    resample,
+    residual,
+    rib_cage,
+    transform_error,
+)
 
 MOTION = RigidTransform(rotation(np.array([3.0, -2.0, 2.5])), np.array([4.0, -5.0, 3.0]))
 MARKERS = np.array([[0.0, -40, 75], [-65, -25, 70], [12, -45, 20], [80, -15, -75]])
@@ -52,7 +61,7 @@ def test_icp_ends_at_the_least_squares_motion() -> None:
         ),
     ],
 )
-def test_markers_that_fix_no_motion_are_refused(markers: np.ndarray, message: str) -> None:
+def test_markers_that_fix_no_motion_are_rejected(markers: np.ndarray, message: str) -> None:
     with pytest.raises(FiducialError, match=message):
         match(markers, MARKERS)
 
@@ -127,6 +136,6 @@ def test_registering_twice_gives_the_same_numbers(chest, render) -> None:
         ({"iterations": 0}, "iterations = 0"),
     ],
 )
-def test_impossible_settings_are_refused(wrong, words) -> None:
+def test_impossible_settings_are_rejected(wrong, words) -> None:
     with pytest.raises(ConfigurationError, match=words):
         Settings(**wrong)

@@ -8,8 +8,7 @@ from scipy import ndimage
 from mammosim.core.errors import ConfigurationError, SegmentationError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.volume import Image
-from mammosim.imaging.bias import correct_bias
-from mammosim.imaging.features import NAMES, features
+from mammosim.imaging.features import NAMES, correct_bias, features
 from mammosim.imaging.overlap import dice
 from mammosim.imaging.segmentation import Segmentation, Settings, segment
 
@@ -115,12 +114,12 @@ def _nameless(strokes: pd.DataFrame) -> pd.DataFrame:
         (_nameless, r"lack \['tissue'\]; give columns x_mm"),
     ],
 )
-def test_strokes_that_cannot_describe_the_image_are_refused(chest, change, message) -> None:
+def test_strokes_that_cannot_describe_the_image_are_rejected(chest, change, message) -> None:
     with pytest.raises(SegmentationError, match=message):
         segment(chest.image, change(chest.strokes()), settings=SETTINGS)
 
 
-def test_impossible_settings_are_refused() -> None:
+def test_impossible_settings_are_rejected() -> None:
     with pytest.raises(ConfigurationError, match="unknown classifier 'forest'; choose one of: random_forest"):
         Settings(classifier="forest")
     with pytest.raises(ConfigurationError, match="was it given in cm"):

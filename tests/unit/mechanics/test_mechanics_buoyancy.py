@@ -44,7 +44,7 @@ def test_a_neutrally_buoyant_body_does_not_move(mesh):
     assert np.abs(state.points - mesh.points).max() <= 1e-9
 
 
-def test_water_without_sense_is_refused(mesh):
+def test_water_without_sense_is_rejected(mesh):
     with pytest.raises(MechanicsError, match="unit vector"):
         Buoyancy.of(mesh, 9.81 * DOWN, level_mm=0.0)
     with pytest.raises(MechanicsError, match="waterline"):

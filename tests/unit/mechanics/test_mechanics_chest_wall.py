@@ -85,7 +85,7 @@ def test_a_body_lying_on_the_wall_is_carried_by_its_weight(lying):
     assert on_wall.penetration < 0.2
 
 
-def test_a_wall_that_cannot_be_is_refused(lying):
+def test_a_wall_that_cannot_be_is_rejected(lying):
     with pytest.raises(MechanicsError, match="semi-axes"):
         EllipticCylinder(np.zeros(3), np.array([140.0, 0.0]))
     with pytest.raises(MechanicsError, match="orthonormal"):

@@ -16,7 +16,7 @@ from mammosim.mechanics.compression import Force, Plates, PressSettings, Thickne
 from mammosim.mechanics.effects import Weight
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.newton import NewtonSettings
-from mammosim.mechanics.strain import cell_strain
+from mammosim.mechanics.reference import cell_strain
 
 TISSUES = {Label.ADIPOSE: Tissue(5.0, 0.45, 1.0)}
 
@@ -39,7 +39,7 @@ def pressed(block):
     return compress(block, body_effects(block, TISSUES), plates=plates_for(block), control=Thickness(18.0))
 
 
-def test_plates_start_where_they_touch_and_end_where_they_are_asked(pressed):
+def test_plates_start_at_first_contact_and_end_at_the_wanted_thickness(pressed):
     thickness = pressed.path["thickness_mm"]
     assert thickness.iloc[0] == pytest.approx(24.0)
     assert pressed.path["force_n"].iloc[0] == pytest.approx(0.0, abs=1e-9)
@@ -89,7 +89,7 @@ def test_pressed_tissue_is_shorter_across_the_plates(pressed, block):
     assert strain.principal[middle, 0].mean() == pytest.approx(-0.22, abs=0.03)
 
 
-def test_an_impossible_thickness_is_refused(block):
+def test_an_impossible_thickness_is_rejected(block):
     effects = body_effects(block, TISSUES)
     for thickness in (24.5, 0.0):
         with pytest.raises(MechanicsError, match="outside"):
@@ -112,7 +112,7 @@ def test_compression_that_fails_names_the_thickness_it_reached(block):
         )
 
 
-def test_plates_beside_the_body_are_refused(block):
+def test_plates_beside_the_body_are_rejected(block):
     far = Plates(np.array([200.0, 0.0, 0.0]), np.eye(3), np.array([20.0, 20.0, 10.0]), 5.0)
     with pytest.raises(MechanicsError, match="no skin node lies between the plates"):
         compress(block, body_effects(block, TISSUES), plates=far, control=Thickness(18.0))
@@ -145,7 +145,7 @@ def test_the_force_asked_for_is_met(block, pressed):
     assert found.path["readout_mm"].iloc[-1] == pytest.approx(18.0, abs=1e-3)
 
 
-def test_a_force_that_the_smallest_thickness_does_not_give_is_refused(block):
+def test_a_force_that_the_smallest_thickness_does_not_give_fails(block):
     with pytest.raises(EquilibriumError, match=r"at the smallest thickness, 22 mm, the force is .* N, less"):
         compress(
             block,
@@ -155,7 +155,7 @@ def test_a_force_that_the_smallest_thickness_does_not_give_is_refused(block):
         )
 
 
-def test_a_turned_scene_has_the_same_compression(block, pressed):
+def test_a_turned_setup_has_the_same_compression(block, pressed):
     """As mediolateral oblique is to craniocaudal: body and plates turned together."""
     R, plates = rotation(np.array([20.0, -50.0, 130.0])), plates_for(block)
     turned = block.moved_to(block.points @ R.T)
@@ -167,13 +167,13 @@ def test_a_turned_scene_has_the_same_compression(block, pressed):
     )
     assert found.points @ R == pytest.approx(pressed.points, abs=1e-6)
     for name in ("force_n", "support_force_n", "chest_force_n", "contact_area_mm2"):
-        # Where the plates just touch, rounding says which points do.
+        # At first contact rounding says which points do.
         there = found.path[name].to_numpy()[1:]
         assert there == pytest.approx(pressed.path[name].to_numpy()[1:], abs=1e-6)
 
 
 def test_weight_acts_before_the_plates_do(block):
-    """The plates start where they touch the body as it hangs, and then carry or are pushed by its weight."""
+    """The plates start at first contact with the hanging body, and then carry or are pushed by its weight."""
     heavy = {Label.ADIPOSE: Tissue(5.0, 0.45, 1.0)}
     down = np.array([0.0, -1.0, 0.0])
     weight = Weight.of(block, heavy, down)

@@ -1,4 +1,4 @@
-"""An equilibrium is verified or refused; ill-posed problems are refused before anything is assembled."""
+"""An equilibrium is verified, or the solver fails; ill-posed problems are rejected before assembly."""
 
 from dataclasses import replace
 
@@ -154,7 +154,7 @@ def with_loose_node(mesh):
         ),
     ],
 )
-def test_ill_posed_problems_are_refused_by_name(mesh, spoil, message):
+def test_ill_posed_problems_are_rejected_by_name(mesh, spoil, message):
     effects = body_effects(mesh, SOFT)
     with pytest.raises(MechanicsError, match=message):
         equilibrium(spoil(mesh), effects)
@@ -178,12 +178,12 @@ def test_a_cell_that_is_inverted_only_between_its_integration_points_is_seen(mes
         (1.0, 0.45, np.nan, "density_g_cm3 = nan"),
     ],
 )
-def test_impossible_tissue_is_refused_by_its_value(E, nu, density, message):
+def test_impossible_tissue_is_rejected_by_its_value(E, nu, density, message):
     with pytest.raises(MechanicsError, match=message):
         Tissue(E, nu, density)
 
 
-def test_a_tissue_without_parameters_is_refused_by_name(mesh):
+def test_a_tissue_without_parameters_is_rejected_by_name(mesh):
     glandular = replace(mesh, tissue=np.full(len(mesh.cells), int(Label.GLANDULAR)))
     with pytest.raises(MechanicsError, match="'glandular' is in the mesh but has no parameters"):
         load(glandular, SOFT, DOWN)

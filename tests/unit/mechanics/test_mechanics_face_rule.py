@@ -30,6 +30,6 @@ def test_the_area_of_a_curved_face_is_found_by_both_rules():
     assert areas[0] == pytest.approx(areas[1], rel=1e-4)
 
 
-def test_a_face_cut_into_nothing_is_refused():
+def test_a_face_cut_into_nothing_is_rejected():
     with pytest.raises(MechanicsError, match="at least 1"):
         six_points_in_each(0)

@@ -53,7 +53,7 @@ def test_cells_of_direction_zero_have_no_fibres(mesh):
     assert half == pytest.approx(whole / 2, rel=1e-12)
 
 
-def test_directions_that_are_no_unit_vectors_are_refused(mesh):
+def test_directions_that_are_no_unit_vectors_are_rejected(mesh):
     with pytest.raises(MechanicsError, match="48 of length neither 0 nor 1"):
         Fibres.of(mesh, along(mesh, [1, 1, 0]), stiffness_kpa=2.0)
     with pytest.raises(MechanicsError, match="fibre directions"):

@@ -44,6 +44,18 @@ def test_between_planes_ligaments_are_straight_and_muscle_has_none(slab):
     assert directions[~muscle] == pytest.approx(np.tile([0.0, 0.0, 1.0], (np.sum(~muscle), 1)), abs=1e-9)
 
 
+def test_a_cell_with_all_its_vertices_on_the_skin_has_none():
+    """phi is 1 in all of it; what rounding leaves of its gradient is no direction."""
+    mesh = box((4, 4, 4), (100.0, 90.0, 80.0))
+    constant = np.isin(mesh.cells[:, :4], mesh.boundaries["skin"][:, :3]).all(axis=1)
+    constant &= ~np.isin(mesh.cells[:, :4], mesh.boundaries["posterior"][:, :3]).any(axis=1)
+    directions = ligament_directions(mesh)
+    assert constant.any()
+    assert not directions[constant].any()
+    inside = ~np.isin(mesh.cells[:, :4], mesh.boundaries["skin"][:, :3]).any(axis=1)
+    assert np.linalg.norm(directions[inside], axis=1) == pytest.approx(1.0)
+
+
 def test_in_a_half_ball_they_end_on_the_skin_at_right_angles():
     mesh = sphere_part(60.0, 15.0)
     directions = ligament_directions(mesh)

@@ -102,7 +102,7 @@ def test_the_cheap_law_is_kept_where_it_suffices(mesh):
     assert np.any(whole.k > 10.0 * whole.mu)
 
 
-def test_the_mixed_law_is_refused_where_nothing_is_left_to_it(mesh):
+def test_the_mixed_law_is_rejected_where_nothing_is_left_to_it(mesh):
     compressible = {Label.ADIPOSE: tissue(0.45), Label.GLANDULAR: tissue(0.3)}
     with pytest.raises(MechanicsError, match="use NeoHookean"):
         MixedNeoHookean.of(mesh, compressible)

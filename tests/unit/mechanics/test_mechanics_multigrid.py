@@ -1,4 +1,4 @@
-"""Conjugate gradients under the V-cycle find what the factorisation finds, and refuse what it refuses."""
+"""Conjugate gradients under the V-cycle find what the factorisation finds, and reject what it rejects."""
 
 import numba
 import numpy as np

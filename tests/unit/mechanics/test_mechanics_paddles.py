@@ -10,10 +10,10 @@ from mammosim.core.tissues import Tissue
 from mammosim.core.units import MN_PER_N
 from mammosim.mechanics.body import body_effects
 from mammosim.mechanics.compression import compress
-from mammosim.mechanics.control import Thickness
 from mammosim.mechanics.flexible import Flexible, PlateModes
 from mammosim.mechanics.paddles import Friction, Plates, Rigid, Tilting
 from mammosim.mechanics.press import PADDLE_TOLERANCE
+from mammosim.mechanics.stage import Thickness
 
 TISSUES = {Label.ADIPOSE: Tissue(5.0, 0.45, 1.0)}
 # The first axis, from the chest outward, is z; the plates press along y.
@@ -158,6 +158,6 @@ def test_a_plate_bends_as_plate_theory_has_it():
         lambda: Thickness(0.0),
     ],
 )
-def test_impossible_plates_are_refused(wrong):
+def test_impossible_plates_are_rejected(wrong):
     with pytest.raises(MechanicsError):
         wrong()

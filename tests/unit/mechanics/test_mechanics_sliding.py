@@ -75,7 +75,7 @@ def test_a_body_that_hangs_from_the_wall_does_not_fall(mesh):
     assert mean == pytest.approx(9.81e-3 * 20.0 / 50.0, rel=1e-6)
 
 
-def test_sliding_without_a_normal_stiffness_is_refused(mesh):
+def test_sliding_without_a_normal_stiffness_is_rejected(mesh):
     with pytest.raises(MechanicsError, match="eps = 0"):
         Sliding.of(mesh, FLOOR, normal_stiffness=0.0)
     with pytest.raises(MechanicsError, match="no boundary 'muscle'"):

@@ -50,6 +50,6 @@ def test_springs_carry_no_compression_and_may_hang_loose(mesh):
     assert loose.energy(1.15 * mesh.points) > 0.0
 
 
-def test_a_spring_between_a_node_and_itself_is_refused(mesh):
+def test_a_spring_between_a_node_and_itself_is_rejected(mesh):
     with pytest.raises(MechanicsError, match="1 springs, the first 1"):
         Springs.between(mesh.points, np.array([[0, 1], [2, 2]]), youngs_modulus_kpa=500.0, section_mm2=0.2)

@@ -9,13 +9,12 @@ from mechanics_bodies import box
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.balance import energy_imbalance
 from mammosim.mechanics.body import Skin, body_effects, load
 from mammosim.mechanics.effects import NeoHookean, Weight
 from mammosim.mechanics.equilibrium import held_nodes
+from mammosim.mechanics.loading import advice, lowest_mode
 from mammosim.mechanics.newton import NewtonSettings, System, converge
-from mammosim.mechanics.potential import Potential
-from mammosim.mechanics.stability import advice, lowest_mode
+from mammosim.mechanics.potential import Potential, energy_imbalance
 
 DOWN = np.array([0.0, 0.0, 1.0])
 E_FALLEN = 0.2

@@ -8,8 +8,7 @@ from mammosim.core.labels import Label
 from mammosim.core.rigid import rotation
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.effects import bulk_tissue
-from mammosim.mechanics.reference import cell_quadrature, face_quadrature
-from mammosim.mechanics.strain import cell_strain
+from mammosim.mechanics.reference import cell_quadrature, cell_strain, face_quadrature
 
 
 def test_principal_strains_of_a_stretch_do_not_see_its_rotation():

@@ -1,4 +1,4 @@
-"""The stress-free shape, loaded again, is the measured one: every method, its refusals, and its parts."""
+"""The stress-free shape, loaded again, is the measured one: every method, how it fails, and its parts."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,8 @@ from mechanics_bodies import box
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
-from mammosim.mechanics.acceleration import accelerated
 from mammosim.mechanics.body import Body
-from mammosim.mechanics.corrections import nodal_inverses
-from mammosim.mechanics.elastic import carried
-from mammosim.mechanics.fixed_point import Tried, held_as_measured
+from mammosim.mechanics.fixed_point import Tried, accelerated, carried, held_as_measured, nodal_inverses
 from mammosim.mechanics.unloaded import UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
 
@@ -93,7 +90,7 @@ def test_the_mean_is_a_better_start_than_the_measured_shape(measured, mean):
     assert len(warm.history) < len(cold.history)
 
 
-def test_mean_start_without_a_mean_is_refused(measured):
+def test_mean_start_without_a_mean_is_rejected(measured):
     with pytest.raises(MechanicsError, match="mean of the prone and the supine shape of the same mesh"):
         METHODS["mean_start"](measured, BODY, gravity=HANGING)
 
@@ -120,7 +117,7 @@ def test_the_accelerated_step_solves_a_linear_problem_in_as_many_steps_as_unknow
     assert past[-1].X + accelerated(past) == pytest.approx(np.linalg.solve(A, b)[None])
 
 
-def test_a_fixed_point_that_is_not_reached_is_refused(measured):
+def test_a_fixed_point_that_is_not_reached_fails(measured):
     settings = UnloadingSettings(tolerance_mm=1e-6, max_iterations=2)
     with pytest.raises(MechanicsError, match="2 fixed-point iterations left a distance"):
         METHODS["fixed_point"](measured, BODY, gravity=HANGING, settings=settings)
@@ -139,14 +136,14 @@ class OnceLoaded(Body):
 
 
 @pytest.mark.parametrize("method", NODAL)
-def test_divergence_is_refused_with_its_reason(method, measured):
+def test_divergence_fails_with_its_reason(method, measured):
     with pytest.raises(
         MechanicsError, match=r"diverges at a mean of .* has no equilibrium .*raise its modulus"
     ):
         METHODS[method](measured, OnceLoaded(BODY.tissues), gravity=HANGING)
 
 
-def test_a_first_guess_without_equilibrium_is_refused_with_advice(measured):
+def test_a_first_guess_without_equilibrium_fails_with_advice(measured):
     with pytest.raises(
         MechanicsError, match=r"first guess has no equilibrium under gravity \(lost\); give a"
     ):

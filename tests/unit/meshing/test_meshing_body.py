@@ -136,6 +136,6 @@ def test_finer_voxels_than_the_elements_need_make_the_same_body(labels: LabelMap
     assert volume == pytest.approx(quality(mesh)["volume_mm3"].sum(), rel=0.05)
 
 
-def test_sizes_in_centimetres_are_refused() -> None:
+def test_sizes_in_centimetres_are_rejected() -> None:
     with pytest.raises(MeshError, match=r"breast_mm = 1.2 is outside \[2, 50\] mm"):
         ElementSize(breast_mm=1.2, chest_mm=1.6)

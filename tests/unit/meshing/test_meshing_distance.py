@@ -9,13 +9,13 @@ from mammosim.core.errors import MeshError
 from mammosim.core.mesh import EDGES, TetMesh
 from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.distance import (
+    NearestOnTriangles,
     distance_opposite,
     distance_to_boundary,
     distance_to_rim,
     rim,
     surface_distance,
 )
-from mammosim.meshing.nearest import NearestOnTriangles
 from mammosim.meshing.shapes import box
 
 CORNERS = np.array([[0.0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]])

@@ -1,4 +1,4 @@
-"""Quality is one for a regular element, and a mesh that cannot be computed with is refused."""
+"""Quality is one for a regular element, and a mesh that cannot be computed with is rejected."""
 
 from dataclasses import replace
 
@@ -70,6 +70,6 @@ def _nan() -> TetMesh:
         (_empty_boundary(), "boundary 'skin' has no faces"),
     ],
 )
-def test_a_mesh_that_cannot_be_computed_with_is_refused(mesh: TetMesh, message: str) -> None:
+def test_a_mesh_that_cannot_be_computed_with_is_rejected(mesh: TetMesh, message: str) -> None:
     with pytest.raises(MeshError, match=message):
         require_sound(mesh)

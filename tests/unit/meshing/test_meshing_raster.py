@@ -128,6 +128,6 @@ def test_scalars_and_vectors_are_carried_alike() -> None:
     np.testing.assert_allclose(raster.carry(field), raster.carry(mesh.points) @ [1.0, 2.0, 3.0], atol=1e-3)
 
 
-def test_a_flat_element_is_refused() -> None:
+def test_a_flat_element_is_rejected() -> None:
     with pytest.raises(MeshError, match="1 elements are flat, the first is number 0"):
         rasterise(_one_cell(_with_middles(CORNERS * [1, 1, 0])), Grid((1, 1, 1), np.ones(3), np.zeros(3)))

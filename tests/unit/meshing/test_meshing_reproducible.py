@@ -16,8 +16,8 @@ from meshing_bodies import CROP, SIZE, breasts_on_a_slab, digests, meshed, pertu
 from mammosim.core.mesh import EDGES, TetMesh
 from mammosim.core.volume import Grid, LabelMap, grid_around
 from mammosim.meshing.body import ElementSize, crop_body, mesh_body
+from mammosim.meshing.distance import NearestOnTriangles
 from mammosim.meshing.lattice import LIMIT, POINT_MM, on_lattice
-from mammosim.meshing.nearest import NearestOnTriangles
 from mammosim.meshing.quality import require_sound
 from mammosim.meshing.surface import Surface, surface_of_field
 from mammosim.meshing.tetrahedra import mesh_surface

@@ -1,14 +1,17 @@
 """Simple bodies have the volume, the boundaries and the layers that they are asked for."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
+from mammosim.core.mesh import EDGES, FACES
 from mammosim.meshing.boundary import boundary_faces
-from mammosim.meshing.layers import with_layer
 from mammosim.meshing.quality import quality, require_sound
-from mammosim.meshing.shapes import ball_part, box
+from mammosim.meshing.shapes import ball_part, box, with_layer
+from mammosim.meshing.tetrahedra import quadratic
 
 R = 60.0
 
@@ -72,12 +75,30 @@ def test_a_layer_leaves_no_gap_and_names_its_boundaries(half_ball):
     assert len(boundary_faces(layered.cells)) == named
 
 
-def test_a_layer_inside_the_body_is_refused_with_the_number_of_elements(half_ball):
+def test_a_layer_inside_the_body_is_rejected_with_the_number_of_elements(half_ball):
     n = 3 * len(half_ball.boundaries["skin"])
     with pytest.raises(MeshError, match=rf"of {n} elements of the layer are inverted"):
         with_layer(half_ball, half_ball.points * 0.9)
 
 
-def test_elements_larger_than_the_ball_are_refused():
+def test_elements_larger_than_the_ball_are_rejected():
     with pytest.raises(MeshError, match=r"edge_mm 70 is outside \(0, radius_mm = 60\]"):
         ball_part(R, 70.0)
+
+
+def test_the_outside_is_what_one_cell_has_in_the_order_of_cells_and_faces(caplog):
+    """Against a count of all faces; the normals point outward, and nothing is logged about the layout."""
+    mesh = box((6, 6, 6), (6.0, 5.0, 4.0))
+    faces = mesh.cells[:, FACES].reshape(-1, 6)
+    count = Counter(tuple(sorted(face)) for face in faces[:, :3].tolist())
+    outside = [face for face in faces.tolist() if count[tuple(sorted(face[:3]))] == 1]
+    assert boundary_faces(mesh.cells).tolist() == outside
+    assert not caplog.records
+
+
+def test_edges_are_numbered_by_their_sorted_vertices():
+    points, cells = quadratic(np.arange(15.0).reshape(5, 3) ** 1.5, np.array([[4, 1, 2, 0], [3, 2, 1, 4]]))
+    edges = sorted({tuple(sorted((cell[a], cell[b]))) for cell in cells.tolist() for a, b in EDGES})
+    for cell in cells.tolist():
+        assert cell[4:] == [5 + edges.index(tuple(sorted((cell[a], cell[b])))) for a, b in EDGES]
+    assert np.array_equal(points[5:], [(points[a] + points[b]) / 2 for a, b in edges])

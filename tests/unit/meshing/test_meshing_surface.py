@@ -77,7 +77,7 @@ def test_tissue_that_meets_the_thorax_ends_there_with_a_sharp_rim() -> None:
     assert surface.volume() == pytest.approx(BALL / 2, rel=0.02)
 
 
-def test_nothing_inside_is_refused() -> None:
+def test_nothing_inside_is_rejected() -> None:
     grid = _grid(10.0)
     with pytest.raises(MeshError, match="nowhere negative"):
         surface_of_field(np.ones(grid.shape), grid)
@@ -85,7 +85,7 @@ def test_nothing_inside_is_refused() -> None:
         surface_of_labels(LabelMap(grid, np.zeros(grid.shape, dtype=np.uint8)))
 
 
-def test_an_open_surface_is_refused() -> None:
+def test_an_open_surface_is_rejected() -> None:
     closed = surface_of_field(_distance(_grid(10.0)), _grid(10.0))
     with pytest.raises(MeshError, match="3 edges"):
         Surface(closed.points, closed.triangles[1:])

@@ -80,6 +80,6 @@ def test_remeshed_triangles_are_nearly_equilateral(ellipsoid: Surface) -> None:
     assert shape.mean() > 0.93
 
 
-def test_a_size_that_is_not_positive_is_refused(ellipsoid: Surface) -> None:
+def test_a_size_that_is_not_positive_is_rejected(ellipsoid: Surface) -> None:
     with pytest.raises(MeshError, match="-1 mm must be positive"):
         mesh_surface(ellipsoid, size=-1.0)

@@ -1,21 +1,23 @@
-"""Effects: the terms of the potential energy. Each is a small frozen object that a scene includes or not."""
+"""Effects: the terms of the potential energy. Each is a small frozen object of its own."""
 
-from mammosim.mechanics.effects.attraction import Attraction
-from mammosim.mechanics.effects.bent import BentBox
 from mammosim.mechanics.effects.bulk import NeoHookean
-from mammosim.mechanics.effects.buoyancy import Buoyancy
-from mammosim.mechanics.effects.chest_wall import EllipticCylinder, chest_wall_contact
-from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
-from mammosim.mechanics.effects.face_rule import SIX_POINTS, FaceRule, six_points_in_each
+from mammosim.mechanics.effects.chest_wall import EllipticCylinder, Sliding, chest_wall_contact
+from mammosim.mechanics.effects.contact import (
+    SIX_POINTS,
+    ContactState,
+    CoulombFriction,
+    FaceRule,
+    Obstacle,
+    RigidContact,
+    six_points_in_each,
+)
 from mammosim.mechanics.effects.fibres import Fibres
-from mammosim.mechanics.effects.friction import CoulombFriction
 from mammosim.mechanics.effects.mixed import MixedNeoHookean, bulk_tissue
-from mammosim.mechanics.effects.plate import RigidPlate, RoundedBox
+from mammosim.mechanics.effects.plate import BentBox, RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
-from mammosim.mechanics.effects.sliding import Sliding
-from mammosim.mechanics.effects.springs import Springs
-from mammosim.mechanics.effects.weight import Weight
+from mammosim.mechanics.effects.springs import Attraction, Springs
+from mammosim.mechanics.effects.weight import Buoyancy, Weight
 
 __all__ = [
     "SIX_POINTS",

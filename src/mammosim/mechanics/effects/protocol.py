@@ -11,7 +11,7 @@ NO_ELEMENTS = np.empty((0, 1), dtype=np.int64)
 
 
 class Effect(Protocol):
-    """One physical thing that a scene may include; it knows nothing of the others.
+    """One physical thing that a problem may include; it knows nothing of the others.
 
     x: (n_node, 3) loaded positions, mm. Energies in uJ, gradients in mN, tangents in mN/mm.
     """

@@ -12,9 +12,8 @@ import numpy as np
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, TetMesh
-from mammosim.meshing.layers import with_layer
 from mammosim.meshing.quality import quality
-from mammosim.meshing.shapes import ball_part, box
+from mammosim.meshing.shapes import ball_part, box, with_layer
 
 # Nodes of a quadratic tetrahedron with two vertices exchanged: its mirror image.
 _MIRRORED = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]

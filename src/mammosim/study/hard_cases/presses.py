@@ -8,10 +8,10 @@ import numpy as np
 
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.compression import compress
-from mammosim.mechanics.control import Control, Force, Thickness
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.equilibrium import Equilibrium
 from mammosim.mechanics.paddles import Flexible, Friction, Paddle, Plates, Rigid, Tilting
+from mammosim.mechanics.stage import Control, Force, Thickness
 
 # The first axis points outward along z, the last, from support to paddle, along y.
 _AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).T

@@ -9,8 +9,7 @@ import pandas as pd
 
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import tissues_by_label
-from mammosim.mechanics.body import Body, Skin
-from mammosim.mechanics.sides import SIDES, sided_body
+from mammosim.mechanics.body import SIDES, Body, Skin, sided_body
 
 # What a body of this study has moduli for; fascia is not among them, see study.identification.problem.
 TISSUES = ("adipose", "glandular", "skin", "muscle")

@@ -22,8 +22,7 @@ from mammosim.core.positions import gravity_vector
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.transforms import read_transform
-from mammosim.meshing.distance import distance_to_rim, flat_pieces, rim
-from mammosim.meshing.nearest import NearestOnTriangles
+from mammosim.meshing.distance import NearestOnTriangles, distance_to_rim, flat_pieces, rim
 
 # Skin this near to where a body was cut out is held there, or follows what is: it says nothing about moduli.
 CUT_MM = 20.0

@@ -10,9 +10,9 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rng import generator
 from mammosim.core.tissues import WITH_MODULUS
+from mammosim.mechanics.body import SIDES
 from mammosim.mechanics.ligaments import faces_between
 from mammosim.mechanics.reference import cell_quadrature, face_quadrature
-from mammosim.mechanics.sides import SIDES
 from mammosim.study.identification.fit import Fit
 from mammosim.study.identification.moduli import KEYS, Moduli
 from mammosim.study.identification.problem import MECHANICAL, N_MODULI, OTHERS, Problem

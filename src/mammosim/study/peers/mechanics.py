@@ -14,8 +14,7 @@ from mammosim.io.tabulated import tabulated
 from mammosim.mechanics.body import Skin, body_effects
 from mammosim.mechanics.effects import NeoHookean, Weight
 from mammosim.mechanics.potential import Potential
-from mammosim.meshing.layers import with_layer
-from mammosim.meshing.shapes import ball_part
+from mammosim.meshing.shapes import ball_part, with_layer
 
 DISPLACEMENTS, WITH_PRESSURE = "displacements", "continuous pressure"
 RADIUS_MM, DENSITY_G_CM3 = 60.0, 1.0

@@ -1,6 +1,6 @@
-"""Where skin sticks to a plate: the memory of friction from one step of a compression to the next."""
+"""Where skin sticks to a plate, from one step of a compression to the next."""
 
-# ASSUME: skin that touches a plate within a step begins to stick where it is at the end of that step.
+# ASSUME: skin that comes into contact within a step begins to stick where it is at the end of that step.
 
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ from mammosim.mechanics.paddles import Friction
 
 
 @dataclass(frozen=True)
-class Grip:
+class FrictionState:
     """anchors (n_face, n_q, 3) mm: where points stick, in the coordinates of the plate; sticks: which do.
 
     load (n_face, n_q) mN and normals (n_face, n_q, 3): of the last shape whose normal forces are known.
@@ -24,14 +24,14 @@ class Grip:
     normals: np.ndarray
 
     @classmethod
-    def none(cls, law: Friction, contact: RigidPlate) -> "Grip":
-        """Before anything touches."""
+    def none(cls, law: Friction, contact: RigidPlate) -> "FrictionState":
+        """Before any contact."""
         shape = contact.areas.shape
         empty = np.zeros((*shape, 3))
         return cls(law, empty, np.zeros(shape, dtype=bool), np.zeros(shape), empty)
 
-    def lagged(self, contact: RigidPlate, x: np.ndarray) -> "Grip":
-        """The same grip under the normal forces that a plate has in the shape x (n_node, 3)."""
+    def lagged(self, contact: RigidPlate, x: np.ndarray) -> "FrictionState":
+        """The same state under the normal forces that a plate has in the shape x (n_node, 3)."""
         y, d = contact.at_points(x)
         n = contact.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
         n /= np.linalg.norm(n, axis=-1, keepdims=True)
@@ -39,13 +39,13 @@ class Grip:
         return replace(self, load=load, normals=n)
 
     def effect(self, contact: RigidPlate) -> CoulombFriction:
-        """The friction of this grip on a plate, wherever that has moved."""
+        """The friction of this state on a plate, wherever that has moved."""
         places = contact.obstacle.position(self.anchors.reshape(-1, 3)).reshape(self.anchors.shape)
         load = self.law.coefficient * self.load
         return CoulombFriction(contact.faces, contact.rule, load, self.normals, places, self.law.slip_mm)
 
-    def carried(self, contact: RigidPlate, x: np.ndarray) -> tuple["Grip", float]:
-        """The grip after a step that ended at x, and what it dissipated, uJ: anchors are dragged along.
+    def carried(self, contact: RigidPlate, x: np.ndarray) -> tuple["FrictionState", float]:
+        """The state after a step that ended at x, and what it dissipated, uJ: anchors are dragged along.
 
         The force mu lambda on an anchor has the direction in which it is dragged, so that no work is gained.
         """
