@@ -40,14 +40,14 @@ def load_truth(
     mesh: TetMesh,
     gravity: np.ndarray,
     *,
-    made_of: Constitution,
+    constitution: Constitution,
     settings: Settings | None = None,
 ) -> Equilibrium:
     """The body under gravity (3,), a unit vector in the body frame.
 
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
     """
-    return made_of.body(anatomy, mesh).load(mesh, gravity, settings=settings)
+    return constitution.body(anatomy, mesh).load(mesh, gravity, settings=settings)
 
 
 def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:
@@ -64,9 +64,9 @@ def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:
 
 
 def _surface(anatomy: Anatomy) -> Surface:
-    chest = anatomy.build.chest
+    chest = anatomy.patient.chest
     front = min(mound.nipple[1] for mound in anatomy.mounds)
-    torso = chest.semi_axis_x_mm + skin_layers_mm(anatomy.build)
+    torso = chest.semi_axis_x_mm + skin_layers_mm(anatomy.patient)
     half_width = max(torso, *(abs(mound.centre[0]) + mound.radii[0] for mound in anatomy.mounds))
     high = np.array([half_width, chest.region_back_mm, chest.region_half_height_mm]) + 2 * FIELD_MM
     low = np.array([-high[0], front - 2 * FIELD_MM, -high[2]])

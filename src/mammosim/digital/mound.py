@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mammosim.digital.build import Build
+from mammosim.digital.patient import VirtualPatient
 from mammosim.digital.shape import ellipsoid_distance
 
 # ASSUME: a nipple is a ball whose centre lies 0.3 of its radius below the skin, blended over 3 mm.
@@ -43,29 +43,29 @@ class Mound:
         return self.centre + (self.radii[2] + (1 - NIPPLE_SUNK) * self.nipple_mm) * self.axes[2]
 
 
-def mounds(build: Build) -> tuple[Mound, Mound]:
-    """The left and the right breast of a build."""
+def mounds(patient: VirtualPatient) -> tuple[Mound, Mound]:
+    """The left and the right breast of a virtual patient."""
     # ASSUME: the right breast is the mirrored left one, scaled by right_scale.
-    return _mound(build, "left", 1.0, 1.0), _mound(build, "right", -1.0, build.breast.right_scale)
+    return _mound(patient, "left", 1.0, 1.0), _mound(patient, "right", -1.0, patient.breast.right_scale)
 
 
-def chest_distance(build: Build, points: np.ndarray, *, layers_mm: float) -> np.ndarray:
+def chest_distance(patient: VirtualPatient, points: np.ndarray, *, layers_mm: float) -> np.ndarray:
     """Signed distance (n,) mm to the elliptic cylinder that lies layers_mm outside the rib cage."""
-    chest = build.chest
+    chest = patient.chest
     r = np.array([chest.semi_axis_x_mm + layers_mm, chest.semi_axis_y_mm + layers_mm, np.inf])
     return ellipsoid_distance(points, np.array([0.0, chest.centre_y_mm, 0.0]), np.eye(3), r)
 
 
-def skin_layers_mm(build: Build) -> float:
+def skin_layers_mm(patient: VirtualPatient) -> float:
     """From the rib cage to the outer face of the torso's skin: muscle, fat and skin, mm."""
-    return build.chest.muscle_mm + build.chest.fat_mm + build.skin.mean_mm
+    return patient.chest.muscle_mm + patient.chest.fat_mm + patient.skin.mean_mm
 
 
-def _mound(build: Build, side: str, sign: float, scale: float) -> Mound:
-    breast = build.breast
-    layers = skin_layers_mm(build)
-    a, b = build.chest.semi_axis_x_mm + layers, build.chest.semi_axis_y_mm + layers
-    y = build.chest.centre_y_mm - b * np.sqrt(1 - (breast.side_mm / a) ** 2)
+def _mound(patient: VirtualPatient, side: str, sign: float, scale: float) -> Mound:
+    breast = patient.breast
+    layers = skin_layers_mm(patient)
+    a, b = patient.chest.semi_axis_x_mm + layers, patient.chest.semi_axis_y_mm + layers
+    y = patient.chest.centre_y_mm - b * np.sqrt(1 - (breast.side_mm / a) ** 2)
     lateral, inferior = np.radians([breast.lateral_deg, breast.inferior_deg])
     d = np.array(
         [sign * np.sin(lateral) * np.cos(inferior), -np.cos(lateral) * np.cos(inferior), -np.sin(inferior)]
