@@ -14,6 +14,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.positions import gravity_vector
 from mammosim.core.rigid import IDENTITY, RigidTransform
 from mammosim.core.rng import seed_of
+from mammosim.core.settings import looked_up, read
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging import registration as rigid
 from mammosim.imaging import segmentation as tissues
@@ -24,7 +25,6 @@ from mammosim.io.images import read_image, read_labels, write_image, write_label
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform, write_transform
 
-PYRAMID = ("voxel_mm", "smoothing_mm", "iterations", "samples")
 STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
 LEARNT = ("classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing")
 
@@ -82,7 +82,7 @@ def registration(inputs: Inputs) -> Moved:
     """Markers first, then the rib cage's image."""
     if not inputs.subject.moves:
         return Moved(IDENTITY, pd.DataFrame(columns=STEPS))
-    settings = rigid.Settings(**{name: inputs.setting(f"registration.{name}") for name in PYRAMID})
+    settings = looked_up(rigid.Settings, inputs.setting, "registration")
     fixed, moving = (inputs[name].of_kind("chest") for name in ("reference_fiducials", "fiducials"))
     found = rigid.register(inputs["reference_scan"], inputs["scan"], fixed, moving, settings=settings)
     return Moved(found.refined, found.table)
@@ -124,7 +124,8 @@ def moved_fiducials(inputs: Inputs) -> Fiducials:
 def segmentation(inputs: Inputs) -> Segmentation:
     """Tissue labels and the probability of gland, scanner frame."""
     given = {name: inputs.setting(f"segmentation.{name}") for name in LEARNT}
-    settings = tissues.Settings(**given, seed=seed_of(*inputs.subject.scan, "segment"))
+    given["seed"] = seed_of(*inputs.subject.scan, "segment")
+    settings = read(tissues.Settings, given, at="segmentation")
     return tissues.segment(inputs["scan"], inputs["strokes"], settings=settings)
 
 

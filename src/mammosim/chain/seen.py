@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.beam import TOMOSYNTHESIS, require_held
 from mammosim.chain.calcifications import Search, SearchSettings, cluster_row
-from mammosim.chain.field import TOMOSYNTHESIS, require_held
 from mammosim.chain.graph import Inputs
 from mammosim.chain.image_chain import BEFORE, STEPS, Acquisition, Equipment, Tube
 from mammosim.chain.mammogram import Mammogram, View, scatter_from, shot_of

@@ -8,7 +8,7 @@ itself, else a dash and eight digits that tell a variant (results/variants.tsv).
 
 from collections.abc import Iterable, Mapping
 
-from mammosim.chain.conditions import begins_with_mean, continues_standard, is_moved, is_scattered
+from mammosim.chain.conditions import begins_with_mean, is_moved, is_scattered, uses_standard
 from mammosim.chain.graph import Files, Need, Stage
 
 REGISTERED = "results/registration/{v}/{p}"
@@ -94,8 +94,8 @@ MECHANICS: Mapping[str, Stage] = {
         ("mesh",),
         files=Files("results/meshes/{v}/{p}{also}", {"mesh": ".vtu"}, beside={"quality": "_quality.csv"}),
     ),
-    "body": Stage("body.body", (), ("tissues", *FIBRES), MATERIAL),
-    "pressed_body": Stage("body.pressed_body", (), ("load.tissues", *FIBRES), MATERIAL),
+    "body": Stage("unloaded.body", (), ("tissues", *FIBRES), MATERIAL),
+    "pressed_body": Stage("unloaded.pressed_body", (), ("load.tissues", *FIBRES), MATERIAL),
     "mean_shape": Stage(
         "unloaded.mean_shape",
         ("mesh", "reference_mesh"),
@@ -141,7 +141,7 @@ MECHANICS: Mapping[str, Stage] = {
     ),
     "pressed": Stage(
         "press.pressed",
-        ("press_setup", Need("standard_path", continues_standard)),
+        ("press_setup", Need("standard_path", uses_standard)),
         ("load.strategy", "compression.thresholds"),
         ("friction",),
         Files(

@@ -132,9 +132,7 @@ def test_a_breast_without_lesion_has_no_cnr(breast):
 
 
 def test_a_step_that_is_not_known_is_answered_with_those_that_are(breast):
-    with pytest.raises(
-        ConfigurationError, match=r"no effect 'blurr' of an image; choose among: scatter"
-    ):
+    with pytest.raises(ConfigurationError, match=r"no effect 'blurr' of an image; choose among: scatter"):
         ImageChain.named(("quantum_noise", "blurr"), Acquisition(geometry(breast, 1.0), 30.0, EQUIPMENT))
 
 

@@ -6,11 +6,11 @@ from mammosim.chain.phantom import (
     conservation_table,
     field_box,
     field_grid,
+    material_volume,
     skin_depth,
     voxel_breast,
     with_lesion,
 )
-from mammosim.chain.quadrature import material_volume
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap, grid_around

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mammosim.chain.thickness import thickness_map
+from mammosim.chain.plates import thickness_map
 from mammosim.core.errors import MeshError
 from mammosim.core.rigid import rotation
 from mammosim.mechanics.paddles import Plates
