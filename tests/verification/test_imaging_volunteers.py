@@ -11,7 +11,7 @@ from mammosim.core.volume import Image, LabelMap, grid_around
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.annotator import Painting, clicked, strokes
 from mammosim.digital.body import AtRest
-from mammosim.digital.motion import motion
+from mammosim.digital.loading import motion
 from mammosim.digital.patient import VirtualPatient
 from mammosim.digital.signal import Scan, render, truth_labels
 from mammosim.imaging.markers import chest_markers

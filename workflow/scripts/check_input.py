@@ -1,4 +1,4 @@
-"""Refuse an image or a fiducial list that cannot be used, before anything long runs; note what it offers."""
+"""Reject an image or a fiducial list that cannot be used before anything long runs; note its quality."""
 
 from pathlib import Path
 

@@ -10,8 +10,7 @@ from mammosim.core.settings import read
 from mammosim.core.tissues import TissueTable
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.constitution import Constitution
-from mammosim.digital.loading import truth_mesh
-from mammosim.digital.motion import gravity_in_body, motion
+from mammosim.digital.loading import gravity_in_body, motion, truth_mesh
 from mammosim.digital.patient import VirtualPatient
 from mammosim.digital.sampling import Ranges, failure, first_stable, sampled_patient
 from mammosim.io.tables import write_json, write_table

@@ -7,8 +7,7 @@ from mammosim.core.tissues import TissueTable
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.body import Loaded
 from mammosim.digital.constitution import Constitution
-from mammosim.digital.loading import load_truth
-from mammosim.digital.motion import gravity_in_body, motion
+from mammosim.digital.loading import gravity_in_body, load_truth, motion
 from mammosim.digital.patient import VirtualPatient
 from mammosim.io.fiducials import write_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh

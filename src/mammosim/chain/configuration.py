@@ -1,4 +1,4 @@
-"""Refuse a configuration that cannot be meant, before anything is computed, and say what to write instead."""
+"""Reject a configuration that cannot be meant before anything is computed, and say what to write instead."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches

@@ -53,7 +53,7 @@ def load_fiducials(files: Mapping[str, str]) -> Fiducials:
 
 
 def save_fiducials(fiducials: Fiducials, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """Those markers and nipples."""
+    """Write markers and nipples."""
     write_fiducials(fiducials, files["fiducials"])
 
 
@@ -95,13 +95,13 @@ def transform(inputs: Inputs) -> Moved:
 
 
 def save_transform(found: Moved, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """That motion, and how it was found."""
+    """Write the motion, and the steps by which it was found."""
     write_transform(found.motion, files["transform"])
     write_table(found.steps.assign(**job)[[*job, *found.steps.columns]], files["steps"])
 
 
 def load_transform(files: Mapping[str, str]) -> Moved:
-    """That motion."""
+    """Read the motion, without its steps."""
     return Moved(read_transform(files["transform"]), pd.DataFrame(columns=STEPS))
 
 
@@ -111,7 +111,7 @@ def moved_scan(inputs: Inputs) -> Image:
 
 
 def save_moved_scan(image: Image, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """That image."""
+    """Write the moved image."""
     write_image(image, files["scan"])
 
 
@@ -136,28 +136,28 @@ def labels(inputs: Inputs) -> LabelMap:
 
 
 def save_labels(labels: LabelMap, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """Those labels."""
+    """Write the labels."""
     write_labels(labels, files["labels"])
 
 
 def load_labels(files: Mapping[str, str]) -> LabelMap:
-    """Those labels."""
+    """Read the labels."""
     return read_labels(files["labels"])
 
 
 def gland_probability(inputs: Inputs) -> Image:
-    """Of each voxel to be gland."""
+    """The probability of each voxel to be gland."""
     found: Image = inputs["segmentation"].probability
     return found
 
 
 def save_gland_probability(image: Image, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """That probability."""
+    """Write the probability."""
     write_image(image, files["probability"])
 
 
 def breast(inputs: Inputs) -> Breast:
-    """The breast in them."""
+    """The measured breast, of labels, markers and motion."""
     motion: RigidTransform = inputs["transform"].motion
     gravity: np.ndarray = motion.R @ gravity_vector(inputs.subject.gravity)
     return Breast(inputs["labels"], inputs["fiducials"], motion, gravity, inputs.subject.side)

@@ -9,9 +9,17 @@ from mammosim.core.labels import Label
 from mammosim.core.rng import generator
 from mammosim.core.volume import grid_around
 from mammosim.digital.gland import GlandField, fitted, gland_field
-from mammosim.digital.mound import NIPPLE_BLEND_MM, Mound, chest_distance, mounds, skin_layers_mm
 from mammosim.digital.patient import VirtualPatient
-from mammosim.digital.shape import blend, random_waves, waves
+from mammosim.digital.shape import (
+    NIPPLE_BLEND_MM,
+    Mound,
+    blend,
+    chest_distance,
+    mounds,
+    random_waves,
+    skin_layers_mm,
+    waves,
+)
 
 # ASSUME: skin thickness varies by region as clipped random waves of 60-150 mm, not with any measured map.
 SKIN_WAVES = 24

@@ -1,4 +1,4 @@
-"""A configuration that cannot be meant is refused, naming file, key, value, limit and next step."""
+"""A configuration that cannot be meant is rejected, naming file, key, value, limit and next step."""
 
 import pytest
 import yaml
@@ -24,7 +24,7 @@ def settings(repository):
     return yaml.safe_load((repository / "config/default.yaml").read_text())
 
 
-def refusal(settings, schema) -> str:
+def rejection(settings, schema) -> str:
     with pytest.raises(ConfigurationError) as error:
         check_settings(settings, schema, files=["mine.yaml"])
     return str(error.value)
@@ -36,34 +36,34 @@ def test_the_published_study_is_accepted(settings, schema):
 
 def test_a_misspelt_key_is_named_with_what_was_meant(settings, schema):
     settings["mechanics"]["swep"] = {}
-    message = refusal(settings, schema)
+    message = rejection(settings, schema)
     assert message.startswith("mine.yaml")
     assert "mechanics has no key 'swep'; did you mean 'sweep'?" in message
 
 
 def test_a_modulus_in_pascal_is_recognised(settings, schema):
     settings["mechanics"]["sweep"]["youngs_modulus_kpa"] = [500.0]
-    message = refusal(settings, schema)
+    message = rejection(settings, schema)
     assert "mechanics.sweep.youngs_modulus_kpa.0 = 500.0: must be at most 90" in message
     assert "given in Pa? Divide by 1000" in message
 
 
 def test_a_thickness_in_centimetres_is_recognised(settings, schema):
     settings["compression"]["thickness_mm"]["small"] = 4.5
-    message = refusal(settings, schema)
+    message = rejection(settings, schema)
     assert "compression.thickness_mm.small = 4.5: must be at least 15" in message
     assert "was it given in cm? Multiply by 10" in message
 
 
-def test_an_incompressible_poisson_ratio_is_refused(settings, schema):
+def test_an_incompressible_poisson_ratio_is_rejected(settings, schema):
     settings["mechanics"]["sweep"]["poisson_ratio"] = 0.5
-    assert "poisson_ratio = 0.5: must be less than 0.5" in refusal(settings, schema)
+    assert "poisson_ratio = 0.5: must be less than 0.5" in rejection(settings, schema)
 
 
 def test_every_problem_is_reported_at_once(settings, schema):
     settings["sede"] = 1
     settings["xray"]["peak_kv"] = 120
-    message = refusal(settings, schema)
+    message = rejection(settings, schema)
     assert "did you mean 'seed'?" in message
     assert "xray.peak_kv = 120: must be at most 40" in message
 
@@ -86,7 +86,7 @@ def table(**change) -> list[dict[str, str]]:
         ({"volunteer": "b"}, "lacks"),
     ],
 )
-def test_a_volunteer_table_that_contradicts_itself_is_refused(change, words):
+def test_a_volunteer_table_that_contradicts_itself_is_rejected(change, words):
     with pytest.raises(ConfigurationError, match=words):
         check_volunteers(table(**change), file="volunteers.tsv", reference_position="supine")
 

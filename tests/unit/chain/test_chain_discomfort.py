@@ -97,11 +97,11 @@ def test_the_larger_pressure_of_both_plates_counts(cube):
     assert set(table.unit) == {"cm2"}
 
 
-def test_an_unknown_measure_is_refused_with_those_there_are():
+def test_an_unknown_measure_is_rejected_with_those_there_are():
     with pytest.raises(MechanicsError, match=r"no measure 'pain'.*green_lagrange, logarithmic"):
         amounts_above(pd.DataFrame(), NO_FACES, {"pain": [1.0]})
 
 
-def test_effects_without_tissue_are_refused(cube):
+def test_effects_without_tissue_are_rejected(cube):
     with pytest.raises(MechanicsError, match="no bulk tissue"):
         tissue_measures(cube, (), cube.points)

@@ -40,6 +40,6 @@ def test_the_map_turns_with_the_plates(block):
     assert np.allclose(turned.thickness_mm, 30.0)
 
 
-def test_plates_beside_the_body_are_refused(block):
+def test_plates_beside_the_body_are_rejected(block):
     with pytest.raises(MeshError, match="no tissue lies between the plates"):
         thickness_map(block(), plates([200.0, 0, 0], [10.0, 10, 5]))

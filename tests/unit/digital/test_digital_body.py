@@ -8,9 +8,8 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rigid import RigidTransform, rotation
 from mammosim.core.volume import grid_around
-from mammosim.digital.body import AtRest, Loaded
+from mammosim.digital.body import AtRest, Loaded, skin_map
 from mammosim.digital.loading import truth_mesh
-from mammosim.digital.skin_map import skin_map
 
 MOVED = RigidTransform(rotation(np.array([2.0, -1.0, 3.0])), np.array([3.0, -2.0, 5.0]))
 
