@@ -7,11 +7,14 @@ import yaml
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.positions import GRAVITY
 from mammosim.core.rigid import IDENTITY
+from mammosim.core.settings import read
+from mammosim.core.tissues import TissueTable
 from mammosim.core.volume import grid_around
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.body import AtRest, Loaded
 from mammosim.digital.constitution import Constitution
 from mammosim.digital.loading import load_truth, truth_mesh
+from mammosim.digital.patient import VirtualPatient
 from mammosim.mechanics.reference import cell_quadrature
 
 POSITIONS = ("prone", "supine", "supine_tilted")
@@ -21,23 +24,24 @@ POSITIONS = ("prone", "supine", "supine_tilted")
 def woman(repository):
     """The larger volunteer with the published tissues, on a coarse mesh."""
     parameters = yaml.safe_load((repository / "config/default.yaml").read_text())["digital"]["women"]["large"]
-    anatomy = make_anatomy(parameters)
+    anatomy = make_anatomy(VirtualPatient.read(parameters))
     return anatomy, truth_mesh(anatomy, breast_mm=14.0, chest_mm=20.0)
 
 
 @pytest.fixture(scope="module")
 def common(repository):
     """What the digital women are made of."""
-    return yaml.safe_load((repository / "config/tissues/volunteer.yaml").read_text())
+    values = yaml.safe_load((repository / "config/tissues/volunteer.yaml").read_text())
+    return read(TissueTable, values, "tissues")
 
 
 @pytest.fixture(scope="module")
 def loaded(woman, common):
     """The body in each position, lying straight in the scanner."""
     anatomy, mesh = woman
-    made_of = Constitution.from_parameters({}, common)
+    constitution = Constitution.of(anatomy.patient, common)
     equilibria = {
-        position: load_truth(anatomy, mesh, np.array(GRAVITY[position]), made_of=made_of)
+        position: load_truth(anatomy, mesh, np.array(GRAVITY[position]), constitution=constitution)
         for position in POSITIONS
     }
     return {position: Loaded(anatomy, IDENTITY, mesh, e.points) for position, e in equilibria.items()}
@@ -89,10 +93,10 @@ def test_gland_keeps_its_volume_in_every_position(loaded):
     np.testing.assert_allclose(volumes / volumes[0], 1, atol=0.05)
 
 
-def nipples_mm(woman, made_of):
+def nipples_mm(woman, constitution):
     """How far the left and the right nipple move, lying prone."""
     anatomy, mesh = woman
-    x = load_truth(anatomy, mesh, np.array(GRAVITY["prone"]), made_of=made_of).points
+    x = load_truth(anatomy, mesh, np.array(GRAVITY["prone"]), constitution=constitution).points
     rest, body = AtRest(anatomy, IDENTITY), Loaded(anatomy, IDENTITY, mesh, x)
     return np.linalg.norm(body.fiducials().points - rest.fiducials().points, axis=1)[-2:]
 
@@ -101,7 +105,8 @@ def test_the_side_with_half_the_moduli_sags_further_and_the_other_one_as_before(
     alike = {"adipose": 0.8, "glandular": 2.0, "skin": 12.0, "muscle": 25.0}
     softer = {name: E / 2 for name, E in alike.items()}
     sides = {"left": alike, "right": softer}
-    left, right = nipples_mm(woman, Constitution.from_parameters({"moduli_kpa": sides}, common))
+    own = VirtualPatient.read(woman[0].patient.values() | {"moduli_kpa": sides})
+    left, right = nipples_mm(woman, Constitution.of(own, common))
     before_left, before_right = np.linalg.norm(moved(loaded, "prone")[-2:], axis=1)
     # Weight over stiffness doubles; large strain stiffens skin and breast, the chest in between is shared.
     assert 1.5 * before_right < right < 2.1 * before_right
@@ -110,6 +115,6 @@ def test_the_side_with_half_the_moduli_sags_further_and_the_other_one_as_before(
 
 def test_ligaments_hold_the_nipples_back(woman, loaded, common, repository):
     women = yaml.safe_load((repository / "config/default.yaml").read_text())["digital"]["women"]
-    fibrous = Constitution.from_parameters({"ligaments": women["fibrous"]["ligaments"]}, common)
+    fibrous = Constitution.of(VirtualPatient.read(women["fibrous"]), common)
     before = np.linalg.norm(moved(loaded, "prone")[-2:], axis=1)
     assert (nipples_mm(woman, fibrous) < 0.75 * before).all()

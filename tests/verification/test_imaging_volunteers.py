@@ -9,9 +9,10 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import Image, LabelMap, grid_around
 from mammosim.digital.anatomy import make_anatomy
-from mammosim.digital.annotator import clicked, strokes
+from mammosim.digital.annotator import Painting, clicked, strokes
 from mammosim.digital.body import AtRest
-from mammosim.digital.motion import motion
+from mammosim.digital.loading import motion
+from mammosim.digital.patient import VirtualPatient
 from mammosim.digital.signal import Scan, render, truth_labels
 from mammosim.imaging.markers import chest_markers
 from mammosim.imaging.overlap import dice
@@ -61,7 +62,7 @@ class Scanned:
 @pytest.fixture(scope="module")
 def sessions() -> tuple[Scanned, Scanned]:
     """The same woman scanned twice, turned by up to 3 degrees and shifted by up to 6 mm each time."""
-    anatomy = make_anatomy(WOMAN)
+    anatomy = make_anatomy(VirtualPatient.read(WOMAN))
     grid = grid_around(np.array([-180.0, -120, -108]), np.array([180.0, 72, 108]), SPACING_MM)
     return tuple(_scan(anatomy, grid, name) for name in ("first", "second"))
 
@@ -92,7 +93,7 @@ def test_the_motion_is_recovered_to_an_eighth_of_a_voxel(sessions) -> None:
 
 def test_tissues_are_found_from_a_few_strokes(sessions) -> None:
     scan, _ = sessions
-    painted = strokes(scan.labels, [-24.0, 0.0, 24.0], per_tissue=4, steps=12, stream=(1,))
+    painted = strokes(scan.labels, Painting((-24.0, 0.0, 24.0), per_tissue=4, steps=12), stream=(1,))
     values = dice(segment(scan.image, painted, settings=Settings(trees=30)).labels, scan.labels)
     overlap = values.set_index("tissue")["dice"]
     # Layers of t = 16 mm (what moves) and 8 mm (muscle) each face h / 4 = 1 mm off: 1 - h / (4 t).

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mammosim.io.mesh_arrays import write_mesh_arrays
+from mammosim.io.meshes import write_mesh_arrays
 from mammosim.mechanics.body import load
 from mammosim.study.peers.mechanics import AWAY_FROM_THE_HELD_FACE, Case, hemisphere
 

@@ -27,8 +27,8 @@ def test_every_modulus_of_every_seed_has_a_row(recovered):
 
 def test_the_draw_is_told_and_stable(recovered):
     draws = pd.read_csv(recovered.run / "results/study/recovery_draws.csv")
-    assert list(draws.columns) == ["volunteer", "draw", "refused"]
-    assert draws.refused.isna().iloc[-1], "the draw that was taken"
+    assert list(draws.columns) == ["volunteer", "draw", "outcome"]
+    assert draws.outcome.iloc[-1] == "converged", "the draw that was taken"
 
 
 def test_the_page_stands_alone_and_the_report_shows_it(recovered):

@@ -14,7 +14,7 @@ def to(path: str, *, threads: int = 1) -> None:
     """Write everything that is logged from now on to `path`, and errors to the terminal too.
 
     threads: how many threads compiled kernels may use; results do not depend on it.
-    A refusal of mammosim's own is shown as its message alone; anything else with its traceback.
+    An error of mammosim's own is shown as its message alone; any other one with its traceback.
     """
     logging.basicConfig(
         filename=path, filemode="w", level=logging.INFO, format="%(asctime)s %(name)s %(message)s", force=True

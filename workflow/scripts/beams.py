@@ -3,7 +3,7 @@
 import _stage
 import pandas as pd
 
-from mammosim.chain.view import COLUMNS
+from mammosim.chain.beam import COLUMNS
 from mammosim.io.tables import write_table
 from mammosim.io.tabulated import tabulated
 from mammosim.xray.quality import Paddle, quality_table

@@ -1,12 +1,15 @@
-"""The stress-free body of a digital volunteer as a mesh, what it consists of, and her true moduli."""
+"""The stress-free body of a virtual patient as a mesh, what it consists of, and her true moduli."""
 
 import _log
 import numpy as np
 
 from mammosim.core.labels import Label
+from mammosim.core.settings import read
+from mammosim.core.tissues import TissueTable
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.constitution import Constitution
 from mammosim.digital.loading import truth_mesh
+from mammosim.digital.patient import VirtualPatient
 from mammosim.io.meshes import write_mesh
 from mammosim.io.tables import read_json, write_json, write_table
 
@@ -14,11 +17,11 @@ COUNTED_MM = 2.0
 
 
 def main(files: dict[str, str], volunteer: str, tissues: dict, element_mm: dict) -> None:
-    woman = read_json(files["woman"])
-    anatomy = make_anatomy(woman)
+    patient = VirtualPatient.read(read_json(files["woman"]))
+    anatomy = make_anatomy(patient)
     mesh = truth_mesh(anatomy, breast_mm=element_mm["breast"], chest_mm=element_mm["chest"])
     write_mesh(mesh, files["mesh"])
-    moduli = Constitution.from_parameters(woman, tissues).moduli()
+    moduli = Constitution.of(patient, read(TissueTable, tissues, "digital.tissues")).moduli()
     moduli.insert(0, "volunteer", volunteer)
     write_table(moduli, files["moduli"])
     values = {}

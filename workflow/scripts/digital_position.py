@@ -1,12 +1,14 @@
-"""A digital volunteer in one position: how she lies in the scanner, and her shape under gravity there."""
+"""A virtual patient in one position: her motion into the scanner frame, and her shape under gravity there."""
 
 import _log
 
+from mammosim.core.settings import read
+from mammosim.core.tissues import TissueTable
 from mammosim.digital.anatomy import make_anatomy
 from mammosim.digital.body import Loaded
 from mammosim.digital.constitution import Constitution
-from mammosim.digital.loading import load_truth
-from mammosim.digital.motion import gravity_in_body, motion
+from mammosim.digital.loading import gravity_in_body, load_truth, motion
+from mammosim.digital.patient import VirtualPatient
 from mammosim.io.fiducials import write_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_json
@@ -14,11 +16,11 @@ from mammosim.io.transforms import write_transform
 
 
 def main(files: dict[str, str], position: str, tissues: dict, moving: dict) -> None:
-    woman = read_json(files["woman"])
-    anatomy, mesh = make_anatomy(woman), read_mesh(files["rest"])
+    patient = VirtualPatient.read(read_json(files["woman"]))
+    anatomy, mesh = make_anatomy(patient), read_mesh(files["rest"])
     moved = motion(position, **moving)
-    made_of = Constitution.from_parameters(woman, tissues)
-    loaded = load_truth(anatomy, mesh, gravity_in_body(position, moved), made_of=made_of)
+    constitution = Constitution.of(patient, read(TissueTable, tissues, "digital.tissues"))
+    loaded = load_truth(anatomy, mesh, gravity_in_body(position, moved), constitution=constitution)
     write_transform(moved, files["motion"])
     write_fiducials(Loaded(anatomy, moved, mesh, loaded.points).fiducials(), files["points"])
     write_mesh(mesh.moved_to(loaded.points), files["mesh"])

@@ -1,15 +1,15 @@
-"""Scan a digital volunteer: a DICOM series, what a person clicks and paints in it, and the true labels."""
+"""Scan a virtual patient: a DICOM series, what a person clicks and paints in it, and the true labels."""
 
 from pathlib import Path
 
 import _log
-import numpy as np
 
-from mammosim.core.volume import Grid, grid_around
+from mammosim.core.settings import read
 from mammosim.digital.anatomy import make_anatomy
-from mammosim.digital.annotator import clicked, strokes
+from mammosim.digital.annotator import Painting, clicked, strokes
 from mammosim.digital.body import Loaded
-from mammosim.digital.signal import Scan, render, truth_labels
+from mammosim.digital.patient import VirtualPatient
+from mammosim.digital.signal import ScanSettings, render, truth_labels
 from mammosim.io.dicom_writer import write_series
 from mammosim.io.fiducials import write_fiducials
 from mammosim.io.images import write_labels
@@ -19,19 +19,18 @@ from mammosim.io.transforms import read_transform
 
 
 def main(files: dict[str, str], settings: dict, volunteer: str, position: str) -> None:
+    patient = VirtualPatient.read(read_json(files["woman"]))
     mesh, x = read_mesh(files["mesh"]), read_mesh(files["loaded"]).points
-    body = Loaded(make_anatomy(read_json(files["woman"])), read_transform(files["motion"]), mesh, x)
+    body = Loaded(make_anatomy(patient), read_transform(files["motion"]), mesh, x)
     stream = (settings["seed"], volunteer, position)
-    scan, grid = scan_of(settings["scan"])
+    scanned = read(ScanSettings, settings["scan"], "digital.scan")
+    scan, grid = scanned.scan, scanned.grid
     labels = truth_labels(body, grid, scan=scan)
     write_labels(labels, files["labels"])
     points = clicked(body, scan=scan, error_mm=settings["click_error_mm"], stream=stream)
     write_fiducials(points, files["fiducials"])
-    paint = settings["strokes"]
-    painted = strokes(
-        labels, paint["z_mm"], per_tissue=paint["per_tissue"], steps=paint["steps"], stream=stream
-    )
-    write_table(painted, files["strokes"])
+    painting = read(Painting, settings["strokes"], "digital.strokes")
+    write_table(strokes(labels, painting, stream=stream), files["strokes"])
     Path(files["series"]).mkdir(parents=True, exist_ok=True)
     write_series(
         Path(files["series"]),
@@ -41,21 +40,6 @@ def main(files: dict[str, str], settings: dict, volunteer: str, position: str) -
         echo_time_ms=scan.echo_time_ms,
         repetition_time_ms=scan.repetition_time_ms,
     )
-
-
-def scan_of(values: dict) -> tuple[Scan, Grid]:
-    """The scan's settings and its grid from configured values."""
-    scan = Scan(
-        echo_time_ms=values["echo_time_ms"],
-        repetition_time_ms=values["repetition_time_ms"],
-        adipose=values["fat_intensity"],
-        bias=values["bias_percent"] / 100,
-        noise=values["noise_percent"] / 100,
-        subsamples=values["subvoxels"],
-        marker_mm=values["marker_mm"],
-    )
-    low, high = np.array([values["field_of_view_mm"][axis] for axis in "xyz"], float).T
-    return scan, grid_around(low, high, np.array(values["spacing_mm"], float))
 
 
 if __name__ == "__main__":

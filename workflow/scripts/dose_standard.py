@@ -2,7 +2,7 @@
 
 import _stage
 
-from mammosim.chain.view import spectrum_from
+from mammosim.chain.beam import spectrum_from
 from mammosim.io.tables import read_json, read_table, write_table
 from mammosim.xray.dose_routes import Beam, standard_rows
 

@@ -4,7 +4,7 @@ import _log
 import numpy as np
 import pandas as pd
 
-from mammosim.io.mesh_arrays import read_mesh_arrays
+from mammosim.io.meshes import read_mesh_arrays
 from mammosim.io.programs import found_by
 from mammosim.io.tables import write_table
 from mammosim.study.peers.aims import OURS

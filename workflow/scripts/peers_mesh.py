@@ -2,7 +2,7 @@
 
 import _log
 
-from mammosim.io.mesh_arrays import write_mesh_arrays
+from mammosim.io.meshes import write_mesh_arrays
 from mammosim.study.peers.mechanics import hemisphere
 
 

@@ -2,7 +2,7 @@
 
 import _log
 
-from mammosim.io.problems import write_problem
+from mammosim.io.programs import write_problem
 from mammosim.study.peers.xray import task_of
 
 

@@ -1,4 +1,4 @@
-"""One breast as its images gave it, before anything is modelled."""
+"""One breast as it was measured: labels, markers and gravity, before anything is modelled."""
 
 from dataclasses import dataclass
 

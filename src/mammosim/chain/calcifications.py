@@ -14,6 +14,7 @@ from mammosim.chain.mammogram import View, tissue_materials, xray_phantom
 from mammosim.chain.phantom import healthy
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
+from mammosim.core.settings import require_positive
 from mammosim.core.volume import LabelMap
 from mammosim.xray.attenuation import Material, linear_attenuation, material
 from mammosim.xray.detectability import Detectability, detectability, expected_d
@@ -44,7 +45,9 @@ class Cluster:
             )
 
     @classmethod
-    def drawn(cls, count: int, *, width_mm: float, diameter_mm: float, rng: np.random.Generator) -> "Cluster":
+    def sampled(
+        cls, count: int, *, width_mm: float, diameter_mm: float, rng: np.random.Generator
+    ) -> "Cluster":
         """Centres evenly in a square of this width."""
         return cls(width_mm * (rng.random((count, 2)) - 0.5), diameter_mm)
 
@@ -112,7 +115,7 @@ def cluster_detectability(
 
     images: with and without the cluster. Raises XrayError when no effect makes noise.
     """
-    pixel_mm, effects = patch.geometry.detector.pixel_mm, patch.chain.effects
+    pixel_mm, effects = patch.geometry.detector.pixel_mm, patch.chain.steps
     shots = [
         [
             expose(image, patch.scatter_seen, mas=mas, pixel_mm=pixel_mm, rng=rng, steps=effects)
@@ -145,6 +148,20 @@ def _in_plane(place: Place, patch: Geometry) -> np.ndarray:
 
 
 @dataclass(frozen=True)
+class SearchSettings:
+    """`xray.calcifications`: balls in a square, the pixels, and how many images with and without them."""
+
+    count: int
+    diameter_mm: float
+    width_mm: float
+    pixel_mm: float
+    images: int
+
+    def __post_init__(self) -> None:
+        require_positive(self, "count", "diameter_mm", "width_mm", "pixel_mm", "images")
+
+
+@dataclass(frozen=True)
 class Search:
     """A cluster, and the patch where it is looked for: pixels of pixel_mm, `images` with and without it."""
 
@@ -154,13 +171,11 @@ class Search:
     images: int
 
     @classmethod
-    def drawn(
-        cls, *, count: int, diameter_mm: float, width_mm: float, pixel_mm: float, images: int,
-        rng: np.random.Generator,
-    ) -> "Search":  # fmt: skip
+    def sampled(cls, settings: SearchSettings, *, rng: np.random.Generator) -> "Search":
         """For a cluster of `count` balls in a square of width_mm, on a patch of twice that width."""
-        cluster = Cluster.drawn(count, width_mm=width_mm, diameter_mm=diameter_mm, rng=rng)
-        return cls(cluster, round(2 * width_mm / pixel_mm), pixel_mm, images)
+        width, pixel = settings.width_mm, settings.pixel_mm
+        cluster = Cluster.sampled(settings.count, width_mm=width, diameter_mm=settings.diameter_mm, rng=rng)
+        return cls(cluster, round(2 * width / pixel), pixel, settings.images)
 
 
 def cluster_row(

@@ -2,7 +2,8 @@
 
 from mammosim.chain.graph import Inputs
 
-MEASURED_BY_IT = {"force_share", "pressure_kpa"}
+STANDARD = {"thickness_share": 1.0}  # where the standard strategy stops, whose paddle is rigid
+RELATIVE = {"force_share", "pressure_kpa"}  # criteria that are known only by the standard's load path
 
 
 def is_moved(inputs: Inputs) -> bool:
@@ -42,9 +43,14 @@ def begins_with_mean(inputs: Inputs) -> bool:
     return "mean_start" in (method, f"{start}_start")
 
 
-def continues_standard(inputs: Inputs) -> bool:
-    """Whether a strategy uses the standard's load path; with friction only one measured by it does."""
-    return bool(MEASURED_BY_IT & set(inputs.setting("load.strategy")["until"])) or not inputs.has("friction")
+def uses_standard(inputs: Inputs) -> bool:
+    """Whether a strategy uses the standard's load path: as its own, to know its goal, or to continue it.
+
+    With friction, which depends on the whole path, it is not continued.
+    """
+    strategy = inputs.setting("load.strategy")
+    itself = strategy["until"] == STANDARD and not strategy.get("paddle")
+    return itself or bool(RELATIVE & set(strategy["until"])) or not inputs.has("friction")
 
 
 def is_scattered(inputs: Inputs) -> bool:

@@ -1,7 +1,8 @@
-"""What compression does to tissue and skin: strain, energy and pressure, and how much lies above a threshold.
+"""What compression does to skin and tissue: contact, pressure, strain, energy, and amounts above thresholds.
 
 None of these is pain. Sources tie pain to pressure and to the area of contact, on average over many women
-[@degroot2013; @degroot2015]; none tells which strain or which energy hurts.
+[@degroot2013; @degroot2015]; none tells which strain or which energy hurts. Area and pressures are measured
+so that they hardly depend on the stiffness of the contact.
 """
 
 from collections.abc import Iterable, Mapping
@@ -9,11 +10,11 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.touch import face_pressures
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
-from mammosim.core.units import MM3_PER_CM3
+from mammosim.core.units import MM3_PER_CM3, MN_PER_N
+from mammosim.mechanics.compression import Compression
 from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidContact
 from mammosim.mechanics.reference import cell_strain, face_quadrature
 
@@ -21,6 +22,38 @@ MM2_PER_CM2 = 100.0
 # What is measured in every cell, and what on every face of the skin.
 IN_TISSUE = ("green_lagrange", "logarithmic", "energy_kpa")
 ON_SKIN = ("pressure_kpa",)
+# ASSUME: skin nearer to a plate than 0.1 mm, the penetration that the contact accepts, touches it.
+NEAR_MM = 0.1
+
+
+def contact_area(contact: RigidContact, x: np.ndarray) -> float:
+    """Area in mm2 of the skin, in the loaded shape x (n_node, 3), that touches a plate."""
+    _, distance = contact.at_points(x)
+    return float(contact.rule.areas(x, contact.faces)[distance < NEAR_MM].sum())
+
+
+def face_pressures(contact: RigidContact, x: np.ndarray) -> np.ndarray:
+    """The mean pressure (n_face,) kPa over the whole of each face: all of them add up to the force."""
+    state = contact.state(x)
+    load = np.sum(state.pressure * state.areas, axis=1)
+    found: np.ndarray = load / contact.rule.areas(x, contact.faces).sum(axis=1)
+    return found
+
+
+def path_of(found: Compression) -> pd.DataFrame:
+    """The path of a compression, its area and pressures those of this module.
+
+    contact_area_mm2: contact_area of the paddle; mean_pressure_kpa: its force over that; peak_pressure_kpa:
+    the largest of face_pressures.
+    """
+    at_paddle = [(stage.contacts[0], stage.x) for stage in found.stages]
+    area = np.array([contact_area(*each) for each in at_paddle])
+    force = np.maximum(found.path.force_n.to_numpy(), 0.0) * MN_PER_N
+    return found.path.assign(
+        contact_area_mm2=area,
+        mean_pressure_kpa=np.divide(force, area, out=np.zeros_like(area), where=area > 0),
+        peak_pressure_kpa=[float(face_pressures(*each).max()) for each in at_paddle],
+    )
 
 
 def tissue_measures(mesh: TetMesh, effects: Iterable[Effect], x: np.ndarray) -> pd.DataFrame:

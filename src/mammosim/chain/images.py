@@ -16,6 +16,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.positions import gravity_vector
 from mammosim.core.rigid import IDENTITY, RigidTransform
 from mammosim.core.rng import seed_of
+from mammosim.core.settings import looked_up, read
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging import registration as rigid
 from mammosim.imaging import segmentation as tissues
@@ -26,7 +27,6 @@ from mammosim.io.images import read_image, read_labels, write_image, write_label
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform, write_transform
 
-PYRAMID = ("voxel_mm", "smoothing_mm", "iterations", "samples")
 STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
 LEARNT = ("classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing")
 
@@ -60,7 +60,7 @@ def load_fiducials(files: Mapping[str, str]) -> Fiducials:
 
 
 def save_fiducials(fiducials: Fiducials, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """Those markers and nipples."""
+    """Write markers and nipples."""
     write_fiducials(fiducials, files["fiducials"])
 
 
@@ -95,7 +95,7 @@ def registration(inputs: Inputs) -> Moved:
     """Markers first, then the rib cage's image."""
     if not inputs.subject.moves:
         return Moved(IDENTITY, pd.DataFrame(columns=STEPS))
-    settings = rigid.Settings(**{name: inputs.setting(f"registration.{name}") for name in PYRAMID})
+    settings = looked_up(rigid.Settings, inputs.setting, "registration")
     fixed, moving = (inputs[name].of_kind("chest") for name in ("reference_fiducials", "fiducials"))
     found = rigid.register(inputs["reference_scan"], inputs["scan"], fixed, moving, settings=settings)
     return Moved(found.refined, found.table)
@@ -108,13 +108,13 @@ def transform(inputs: Inputs) -> Moved:
 
 
 def save_transform(found: Moved, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """That motion, and how it was found."""
+    """Write the motion, and the steps by which it was found."""
     write_transform(found.motion, files["transform"])
     write_table(found.steps.assign(**job)[[*job, *found.steps.columns]], files["steps"])
 
 
 def load_transform(files: Mapping[str, str]) -> Moved:
-    """That motion."""
+    """Read the motion, without its steps."""
     return Moved(read_transform(files["transform"]), pd.DataFrame(columns=STEPS))
 
 
@@ -124,7 +124,7 @@ def moved_scan(inputs: Inputs) -> Image:
 
 
 def save_moved_scan(image: Image, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """That image."""
+    """Write the moved image."""
     write_image(image, files["scan"])
 
 
@@ -137,7 +137,8 @@ def moved_fiducials(inputs: Inputs) -> Fiducials:
 def segmentation(inputs: Inputs) -> Segmentation:
     """Tissue labels and the probability of gland, scanner frame."""
     given = {name: inputs.setting(f"segmentation.{name}") for name in LEARNT}
-    settings = tissues.Settings(**given, seed=seed_of(*inputs.subject.scan, "segment"))
+    given["seed"] = seed_of(*inputs.subject.scan, "segment")
+    settings = read(tissues.Settings, given, "segmentation")
     return tissues.segment(inputs["scan"], inputs["strokes"], settings=settings)
 
 
@@ -148,28 +149,28 @@ def labels(inputs: Inputs) -> LabelMap:
 
 
 def save_labels(labels: LabelMap, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """Those labels."""
+    """Write the labels."""
     write_labels(labels, files["labels"])
 
 
 def load_labels(files: Mapping[str, str]) -> LabelMap:
-    """Those labels."""
+    """Read the labels."""
     return read_labels(files["labels"])
 
 
 def gland_probability(inputs: Inputs) -> Image:
-    """Of each voxel to be gland."""
+    """The probability of each voxel to be gland."""
     found: Image = inputs["segmentation"].probability
     return found
 
 
 def save_gland_probability(image: Image, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """That probability."""
+    """Write the probability."""
     write_image(image, files["probability"])
 
 
 def breast(inputs: Inputs) -> Breast:
-    """The breast in them."""
+    """The measured breast, of labels, markers and motion."""
     motion: RigidTransform = inputs["transform"].motion if is_moved(inputs) else IDENTITY
     gravity: np.ndarray = motion.R @ gravity_vector(inputs.subject.gravity)
     return Breast(inputs["labels"], inputs["fiducials"], motion, gravity, inputs.subject.side)

@@ -35,27 +35,26 @@ SENSOR_MM = 10.0
 
 @dataclass(frozen=True)
 class View:
-    """How an image is taken: geometry and settings, spectrum, names of its effects.
+    """How an image is taken: acquisition, spectrum, names of its steps (chain.image_chain).
 
-    scatter: as it reaches the detector's pixels; None where it is not simulated. effects: see image_chain.
-    rays: per pixel and axis.
+    scatter: as it reaches the detector's pixels; None where it is not simulated. rays: per pixel and axis.
     """
 
-    taken: Acquisition
+    acquisition: Acquisition
     spectrum: Spectrum
-    effects: tuple[str, ...]
+    steps: tuple[str, ...]
     scatter: Scatter | None = None
     rays: int = 1
 
     @property
     def geometry(self) -> Geometry:
         """Source and detector."""
-        return self.taken.geometry
+        return self.acquisition.geometry
 
     @cached_property
     def chain(self) -> ImageChain:
-        """The effects."""
-        return ImageChain.named(self.effects, self.taken)
+        """The steps of its image."""
+        return ImageChain.named(self.steps, self.acquisition)
 
     @cached_property
     def scatter_seen(self) -> Scatter | None:
@@ -65,14 +64,14 @@ class View:
 
     def on(self, patch: Geometry) -> "View":
         """The same on a small part of the detector, over which scatter does not change, with other pixels."""
-        taken, scatter = replace(self.taken, geometry=patch), self.scatter
+        acquisition, scatter = replace(self.acquisition, geometry=patch), self.scatter
         if scatter is not None:
             d = self.geometry.detector
             s, t = d.along(patch.detector.middle)
             row, column = (int(np.clip(x // d.pixel_mm, 0, n - 1)) for x, n in zip((t, s), d.shape))
             parts = (scatter.signal, scatter.signal_squared)
             scatter = Scatter(*(np.full(patch.detector.shape, part[row, column]) for part in parts))
-        return replace(self, taken=taken, scatter=scatter)
+        return replace(self, acquisition=acquisition, scatter=scatter)
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,7 @@ def shot_of(labels: LabelMap, view: View, *, mas: float, rng: np.random.Generato
     )
     scatter = view.scatter_seen
     exposure, plain = (
-        expose(p, scatter, mas=mas, pixel_mm=pixel, rng=rng, steps=view.chain.effects)
+        expose(p, scatter, mas=mas, pixel_mm=pixel, rng=rng, steps=view.chain.steps)
         for p in (with_it, without)
     )
     row = _row(cnr(exposure.image, lesion, ring), exposure, plain, lesion)

@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from mammosim.chain.points import MaterialPoints
-from mammosim.core.errors import EquilibriumError, MeshError
+from mammosim.core.errors import ConfigurationError, EquilibriumError, MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.progress import progress
+from mammosim.core.settings import require_positive, require_within
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.analysis import shared_analysis, system_of
 from mammosim.mechanics.effects import Attraction, NeoHookean
@@ -33,7 +34,7 @@ log = logging.getLogger(__name__)
 _TISSUE = Tissue(youngs_modulus_kpa=1.0, poisson_ratio=0.45, density_g_cm3=0.0)
 # Nearest points change more from one equilibrium to the next than this part of the forces moves the body.
 _NEWTON = NewtonSettings(tolerance=1e-3)
-# How often a cell may ask for half the hold, before its fold is refused.
+# How often a cell may ask for half the hold, before the morph fails.
 _YIELDS = 24
 
 
@@ -52,6 +53,14 @@ class MorphSettings:
     drawn: tuple[str, ...] = ("skin",)
     held: tuple[str, ...] = ("posterior",)
     smallest_J: float = 0.1
+
+    def __post_init__(self) -> None:
+        require_positive(self, "updates", "across")
+        require_within("smallest_J", self.smallest_J, 0, 1)
+        if not self.stiffness_kpa_per_mm or not min(self.stiffness_kpa_per_mm) > 0:
+            raise ConfigurationError(
+                f"stiffness_kpa_per_mm = {list(self.stiffness_kpa_per_mm)}: give a level or more, all above 0"
+            )
 
 
 class MorphStep(NamedTuple):

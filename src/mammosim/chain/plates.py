@@ -1,11 +1,14 @@
-"""Where the plates of a craniocaudal compression stand, for one breast of a stress-free body."""
+"""The plates of a craniocaudal compression: where they stand, and how thick a breast is between them."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from mammosim.core.errors import MeshError
-from mammosim.core.mesh import TetMesh
+from mammosim.core.mesh import SUBTRIANGLES, TetMesh
+from mammosim.core.settings import require_positive
+from mammosim.io.compiled import njit
 from mammosim.mechanics.paddles import Plates
 
 # Held points this far above and below the nipple are the ribs behind the breast, not a cut of the body.
@@ -15,19 +18,31 @@ BREAST_MM, CLEARANCE_MM = 80.0, 1.0
 UP, FORWARD = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
+@dataclass(frozen=True)
+class PlateSize:
+    """Of either plate, mm: width (x, centred on the nipple), depth (y), height (z), radius of its edges."""
+
+    width: float
+    depth: float
+    height: float
+    edge_radius: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "width", "depth", "height", "edge_radius")
+
+
 def craniocaudal_plates(
-    mesh: TetMesh, nipple: np.ndarray, *, plate_mm: Mapping[str, float], chest_gap_mm: float
+    mesh: TetMesh, nipple: np.ndarray, *, plate_mm: PlateSize, chest_gap_mm: float
 ) -> Plates:
     """Two horizontal plates in front of the chest wall, level with the breast between them.
 
-    nipple (3,) mm, stress-free; plate_mm: width (x, centred on it), depth (y), height (z), edge_radius.
-    chest_gap_mm: from the foremost rib behind the breast to the plates' chest edge,
-    which also keeps clear of the chest's skin above and below the breast.
+    nipple (3,) mm, stress-free; chest_gap_mm: from the foremost rib behind the breast to the plates' chest
+    edge, which also keeps clear of the chest's skin above and below the breast.
     Raises MeshError when no skin lies between them.
     """
     # ASSUME: the plates end in front of the chest's skin; the breast is not pulled onto them.
     # ASSUME: only one breast is between the plates; the other is kept out of their way.
-    half_width = plate_mm["width"] / 2
+    half_width = plate_mm.width / 2
     behind = mesh.points[mesh.boundary_nodes("posterior")]
     near = (np.abs(behind[:, 0] - nipple[0]) < half_width) & (np.abs(behind[:, 2] - nipple[2]) < LEVEL_MM)
     if not near.any():
@@ -43,10 +58,10 @@ def craniocaudal_plates(
             f"{skin[:, 1].min():.0f} mm: reduce chest_gap_mm = {chest_gap_mm:g}"
         )
     level = (between[:, 2].min() + between[:, 2].max()) / 2
-    half = np.array([plate_mm["depth"], plate_mm["width"], plate_mm["height"]]) / 2
+    half = np.array([plate_mm.depth, plate_mm.width, plate_mm.height]) / 2
     centre = np.array([nipple[0], edge - half[0], level])
     axes = np.column_stack([FORWARD, np.cross(UP, FORWARD), UP])
-    return Plates(centre, axes, half, plate_mm["edge_radius"])
+    return Plates(centre, axes, half, plate_mm.edge_radius)
 
 
 def plate_facts(plates: Plates, thickness_mm: float, *, widest_mm: float = 0.0) -> dict[str, float]:
@@ -66,3 +81,49 @@ def plate_facts(plates: Plates, thickness_mm: float, *, widest_mm: float = 0.0) 
         "depth_mm": float(2 * plates.half_sizes[0]),
         "height_mm": float(2 * plates.half_sizes[2]),
     }
+
+
+COLUMNS = ["outward_mm", "across_mm", "thickness_mm"]
+
+
+def thickness_map(mesh: TetMesh, plates: Plates, *, pixel_mm: float = 2.0) -> pd.DataFrame:
+    """COLUMNS of the places under the paddle where there is tissue, a pixel apart.
+
+    mesh: in its pressed shape. outward_mm: from the plates' chest edge; across_mm: from their middle;
+    thickness_mm: from the lowest to the highest point of the body there, along the normal of the support.
+    Raises MeshError when no tissue is there.
+    """
+    half, shift = plates.half_sizes, np.array([plates.half_sizes[0], 0.0, 0.0])
+    counts = np.rint(2 * half[:2] / pixel_mm).astype(int)
+    outward = (np.arange(counts[0]) + 0.5) * pixel_mm
+    across = (np.arange(counts[1]) + 0.5 - counts[1] / 2) * pixel_mm
+    places = (mesh.points - plates.centre) @ plates.axes + shift
+    faces = np.vstack(list(mesh.boundaries.values()))[:, SUBTRIANGLES].reshape(-1, 3)
+    low, high = _extent(places[faces], outward, across)
+    found = np.nonzero(high > low)
+    if len(found[0]) == 0:
+        raise MeshError("no tissue lies between the plates; move their centre, or enlarge them")
+    return pd.DataFrame(
+        dict(zip(COLUMNS, (outward[found[0]], across[found[1]], high[found] - low[found]), strict=True))
+    )
+
+
+@njit(cache=True)
+def _extent(triangles: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least and greatest third coordinate (n_u, n_v) of triangles (n, 3, 3) over the places u, v."""
+    low, high = np.full((len(u), len(v)), np.inf), np.full((len(u), len(v)), -np.inf)
+    for t in range(len(triangles)):
+        p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+        if area == 0.0:
+            continue
+        i0, i1 = np.searchsorted(u, min(p[0], q[0], r[0])), np.searchsorted(u, max(p[0], q[0], r[0]))
+        j0, j1 = np.searchsorted(v, min(p[1], q[1], r[1])), np.searchsorted(v, max(p[1], q[1], r[1]))
+        for i in range(i0, i1):
+            for j in range(j0, j1):
+                a = ((q[0] - u[i]) * (r[1] - v[j]) - (q[1] - v[j]) * (r[0] - u[i])) / area
+                b = ((r[0] - u[i]) * (p[1] - v[j]) - (r[1] - v[j]) * (p[0] - u[i])) / area
+                if a >= 0 and b >= 0 and a + b <= 1:
+                    w = a * p[2] + b * q[2] + (1 - a - b) * r[2]
+                    low[i, j], high[i, j] = min(low[i, j], w), max(high[i, j], w)
+    return low, high

@@ -1,31 +1,184 @@
 """The breast between the plates: by the standard strategy, and by the strategy of the load.
 
-Effects: weight and friction.
+Its effects are weight and friction.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from mammosim.chain.breast import Breast
-from mammosim.chain.conditions import continues_standard
+from mammosim.chain.conditions import uses_standard
+from mammosim.chain.discomfort import amounts_above, skin_measures, tissue_measures
 from mammosim.chain.graph import Inputs
-from mammosim.chain.plates import craniocaudal_plates
+from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts, thickness_map
 from mammosim.chain.points import MaterialPoints
-from mammosim.chain.pressed import Pressed, pressed_breast
-from mammosim.chain.strategies import LoadPath, NoStandard, PressSetup, Strategy, ThicknessShare
-from mammosim.core.errors import MammosimError
+from mammosim.chain.strategies import LoadPath, NoStandard, PressedState, PressSetup, Strategy, ThicknessShare
+from mammosim.core.errors import MammosimError, MechanicsError
+from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
+from mammosim.core.settings import looked_up, read, require_positive
+from mammosim.core.units import UJ_PER_MJ
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
 from mammosim.io.tables import read_json, read_table, write_json, write_table
 from mammosim.mechanics.paddles import Friction, Rigid
 from mammosim.mechanics.stage import PressSettings
 
+# Columns of a row that are those of the last step of the path.
+LAST = ("force_n", "support_force_n", "chest_force_n", "contact_area_mm2", "mean_pressure_kpa",
+        "peak_pressure_kpa", "penetration_mm", "tilt_deg", "deflection_mm", "smallest_J")  # fmt: skip
+PATH = ("thickness_mm", "readout_mm", *LAST, "energy_uj", "work_uj", "iterations", "seconds")
+MEASURED = ("plates_mm", "thickness_mm", "thickness_min_mm", "thickness_max_mm", *LAST, "imbalance_percent",
+            "green_lagrange_p95", "logarithmic_p95", "energy_kpa_p95", "energy_mj", "work_mj",
+            "seconds")  # fmt: skip
+AMOUNTS = ("measure", "threshold", "tissue", "amount", "unit")
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """A breast between the plates: its mesh, pressed, and its tables.
+
+    path: see mechanics.compression.Compression; cells, faces, amounts: chain.discomfort; thickness and
+    plates: chain.plates; row: MEASURED and the outcome.
+    """
+
+    mesh: TetMesh
+    path: pd.DataFrame
+    cells: pd.DataFrame
+    faces: pd.DataFrame
+    amounts: pd.DataFrame
+    thickness: pd.DataFrame
+    row: Mapping[str, float | str]
+    plates: Mapping[str, float]
+
+
+def pressed_breast(
+    setup: PressSetup, found: PressedState, thresholds: Mapping[str, Iterable[float]]
+) -> Pressed:
+    """The tables of a compression; thresholds: see chain.discomfort.amounts_above.
+
+    Raises MechanicsError where the paddle does not touch the breast in the end.
+    """
+    _require_contact(found)
+    mesh, x = setup.mesh, found.points
+    cells = tissue_measures(mesh, setup.effects, x)
+    faces = skin_measures(mesh, dict(zip(("paddle", "support"), found.plates)), x)
+    return Pressed(
+        mesh=mesh.moved_to(x),
+        path=found.path,
+        cells=cells,
+        faces=faces,
+        amounts=amounts_above(cells, faces, thresholds),
+        thickness=thickness_map(mesh.moved_to(x), setup.plates),
+        row=_row(setup, found, cells, faces),
+        plates=plate_facts(
+            setup.plates,
+            float(found.path.readout_mm.iloc[-1]),
+            widest_mm=float(np.nanmax(found.gap(x[mesh.boundary_nodes("skin")]))),
+        ),
+    )
+
+
+def _require_contact(found: PressedState) -> None:
+    """Raise MechanicsError where nothing is held between the plates, of which no image is taken."""
+    last = found.path.iloc[-1]
+    if not last.force_n > 0:
+        raise MechanicsError(
+            f"{last.readout_mm:.1f} mm above the support the paddle does not touch the breast, which is "
+            "thinner or has slipped out on the way; ask for less thickness, or raise compression.steps"
+        )
+
+
+def _row(
+    setup: PressSetup, found: PressedState, cells: pd.DataFrame, faces: pd.DataFrame
+) -> dict[str, float | str]:
+    """MEASURED, and the outcome.
+
+    plates_mm: the distance that the machine reads; thickness_*: of the faces that the paddle touches, by
+    area: the middle one (median), the least and the greatest; *_p95: 95 % of the tissue under the plates has
+    less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force.
+    """
+    last = found.path.iloc[-1]
+    gap = _gap_at_paddle(setup.mesh, found, faces)
+    under = cells[_under_plates(setup, found.points)]
+    imbalance = last.force_n - last.support_force_n - last.chest_force_n
+    return {
+        "plates_mm": float(last.readout_mm),
+        "thickness_mm": quantile(gap.gap_mm, gap.area_mm2, 0.5),
+        "thickness_min_mm": float(gap.gap_mm.min()),
+        "thickness_max_mm": float(gap.gap_mm.max()),
+        **{name: float(last[name]) for name in LAST},
+        "imbalance_percent": float(100 * abs(imbalance) / last.force_n),
+        **{
+            f"{measure}_p95": quantile(under[measure], under.volume_mm3, 0.95)
+            for measure in ("green_lagrange", "logarithmic", "energy_kpa")
+        },
+        "energy_mj": float(last.energy_uj / UJ_PER_MJ),
+        "work_mj": float(last.work_uj / UJ_PER_MJ),
+        "seconds": float(found.path.seconds.sum()),
+        "outcome": VERIFIED,
+    }
+
+
+def _gap_at_paddle(mesh: TetMesh, found: PressedState, faces: pd.DataFrame) -> pd.DataFrame:
+    """gap_mm between the plates at the middle of each face that the paddle touches, with its area_mm2."""
+    touching = (faces.paddle_kpa > 0).to_numpy()
+    middles = found.points[mesh.boundaries["skin"][touching, :3]].mean(axis=1)
+    rows = pd.DataFrame({"gap_mm": found.gap(middles), "area_mm2": faces.area_mm2[touching].to_numpy()})
+    return rows.dropna()
+
+
+def _under_plates(setup: PressSetup, x: np.ndarray) -> np.ndarray:
+    """Whether the middle of each cell is before the plates' chest edge and between their sides (n_cell,)."""
+    plates = setup.plates
+    y = (x[setup.mesh.cells[:, :4]].mean(axis=1) - plates.centre) @ plates.axes
+    found: np.ndarray = np.all(np.abs(y[:, :2]) <= plates.half_sizes[:2], axis=1)
+    return found
+
+
+def quantile(values: pd.Series, weights: pd.Series, share: float) -> float:
+    """The value below which `share` of the weight lies; NaN of nothing."""
+    if len(values) == 0:
+        return float("nan")
+    order = np.argsort(values.to_numpy())
+    below = np.cumsum(weights.to_numpy()[order]) / weights.sum()
+    return float(values.to_numpy()[order][min(np.searchsorted(below, share), len(order) - 1)])
+
+
 # ASSUME: a woman stands while her breast is pressed.
 STANDING = "upright"
+
+
+@dataclass(frozen=True)
+class CompressionSettings:
+    """`compression`: the plates; chest_gap_mm from the ribs to their edge; and how a path is solved.
+
+    smallest_mm: no strategy presses further; steps: of the path from first contact; penetration_mm: largest
+    depth of skin in a plate.
+    """
+
+    plate_mm: PlateSize
+    chest_gap_mm: float
+    smallest_mm: float
+    steps: int
+    penetration_mm: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "smallest_mm", "steps", "penetration_mm")
+
+
+@dataclass(frozen=True)
+class Load:
+    """`load`: the name of the moduli that are pressed, and the thickness of the standard strategy."""
+
+    moduli: str
+    thickness_mm: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "thickness_mm")
 
 
 def press_setup(inputs: Inputs) -> PressSetup:
@@ -33,29 +186,26 @@ def press_setup(inputs: Inputs) -> PressSetup:
     rest, body, measured = inputs["stress_free"].mesh, inputs["pressed_body"], inputs["mesh"]
     breast: Breast = inputs["breast"]
     nipple = MaterialPoints.on(measured, breast.to_reference(breast.nipple[None])).carry(rest.points)[0]
-    given: Mapping[str, Any] = {name: inputs.setting(f"compression.{name}") for name in GIVEN}
-    plates = craniocaudal_plates(rest, nipple, plate_mm=given["plate_mm"], chest_gap_mm=given["chest_gap_mm"])
+    given = looked_up(CompressionSettings, inputs.setting, "compression")
+    plates = craniocaudal_plates(rest, nipple, plate_mm=given.plate_mm, chest_gap_mm=given.chest_gap_mm)
     effects = body.effects(rest)
     if inputs.has("weight"):
         effects += (body.weight(rest, gravity_direction(STANDING)),)
     if inputs.has("friction"):
-        plates = replace(plates, friction=Friction(**inputs.setting("effects.friction")))
+        friction = read(Friction, inputs.setting("effects.friction"), "effects.friction")
+        plates = replace(plates, friction=friction)
     return PressSetup(
         rest,
         effects,
         plates,
-        moduli=inputs.setting("load.moduli"),
-        thickness_mm=inputs.setting("load.thickness_mm"),
-        smallest_mm=given["smallest_mm"],
-        solved=PressSettings(steps=given["steps"], penetration_mm=given["penetration_mm"]),
+        **vars(looked_up(Load, inputs.setting, "load")),
+        smallest_mm=given.smallest_mm,
+        solved=PressSettings(steps=given.steps, penetration_mm=given.penetration_mm),
     )
 
 
-GIVEN = ("plate_mm", "chest_gap_mm", "smallest_mm", "steps", "penetration_mm")
-
-
 def standard_path(inputs: Inputs) -> LoadPath:
-    """The load path of the standard strategy, which others are measured by."""
+    """The load path of the standard strategy, which others are compared with and continue."""
     setup: PressSetup = inputs["press_setup"]
     return LoadPath.of(setup.mesh, ThicknessShare(1.0).press(setup, Rigid()))
 
@@ -76,16 +226,22 @@ def load_standard_path(files: Mapping[str, str]) -> LoadPath:
 def pressed(inputs: Inputs) -> Pressed:
     """The breast between the plates, where the strategy of the load ends.
 
-    It goes on from the load path of the standard strategy. Where that found no equilibrium, a strategy that
-    does not need it is pressed from first contact.
+    The standard strategy ends where its load path does, and others continue that path. Where it found no
+    equilibrium, a strategy that does not need it is pressed from first contact.
     """
-    strategy, setup = Strategy.of(inputs.setting("load.strategy")), inputs["press_setup"]
-    if continues_standard(inputs):
-        # The standard itself is where its load path ends; without one it has no answer.
-        itself = strategy == Strategy(Rigid(), ThicknessShare(1.0))
-        setup = replace(setup, standard=inputs["standard_path"] if itself else _known(inputs))
+    strategy, setup = (
+        Strategy.read(inputs.setting("load.strategy"), at="load.strategy"),
+        inputs["press_setup"],
+    )
+    thresholds = read(
+        Mapping[str, tuple[float, ...]], inputs.setting("compression.thresholds"), "compression.thresholds"
+    )
+    if strategy == Strategy(Rigid(), ThicknessShare(1.0)):
+        return pressed_breast(setup, inputs["standard_path"].end(setup), thresholds)
+    if uses_standard(inputs):
+        setup = replace(setup, standard=_known(inputs))
     try:
-        return pressed_breast(setup, strategy.press(setup), inputs.setting("compression.thresholds"))
+        return pressed_breast(setup, strategy.press(setup), thresholds)
     except NoStandard:
         inputs["standard_path"]  # raises why there is none
         raise

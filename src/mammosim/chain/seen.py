@@ -1,32 +1,38 @@
 """The mammogram and the slices of the pressed breast, and how well lesion and calcifications show in them.
 
-Effects: scatter, response, and those of chain.image_chain.
+Its effects are scatter, response, and the steps of chain.image_chain.
 """
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.calcifications import Search, cluster_row
-from mammosim.chain.field import TOMOSYNTHESIS, require_held
+from mammosim.chain.beam import TOMOSYNTHESIS, require_held
+from mammosim.chain.calcifications import Search, SearchSettings, cluster_row
 from mammosim.chain.graph import Inputs
-from mammosim.chain.image_chain import BEFORE, EFFECTS, Acquisition
+from mammosim.chain.image_chain import BEFORE, STEPS, Acquisition, Equipment, Tube
 from mammosim.chain.mammogram import Mammogram, View, scatter_from, shot_of
 from mammosim.chain.photons import ExposedDose
-from mammosim.chain.tomosynthesis import Arc, Masks, Reconstruction, ScatterAt, lesion_alone, slices_grid
+from mammosim.chain.tomosynthesis import (
+    Arc,
+    Masks,
+    Reconstruction,
+    ScanSettings,
+    ScatterAt,
+    lesion_alone,
+    slices_grid,
+)
 from mammosim.core.rng import generator, seed_of
+from mammosim.core.settings import annotations, looked_up, read
 from mammosim.core.volume import Grid, Image
 from mammosim.io.images import write_image
 from mammosim.io.tables import read_table, write_table
 from mammosim.xray.reconstruction import filtered_backprojection, sart
 from mammosim.xray.systems import system_named
 
-TUBE = ("anode", "filter", "filter_um", "peak_kv")
-OF_CHAIN = ("detector", "focal_spot_mm", "grid", "structure_percent", *TUBE)
 PERCENT = 100.0
 
 
@@ -43,7 +49,7 @@ def mammogram(inputs: Inputs) -> Seen:
     labels, geometry, streams = inputs["phantom"], inputs["geometry"], inputs.subject.streams
     middle = inputs.setting("xray.support_to_detector_mm") + inputs["pressed"].plates["thickness_mm"] / 2
     view = View(
-        Acquisition(geometry, middle, _settings(inputs)),
+        Acquisition(geometry, middle, _equipment(inputs), streams[0]),
         inputs["spectrum"],
         _names(inputs),
         scatter_from(inputs["scatter"], geometry) if inputs.has("scatter") else None,
@@ -51,8 +57,8 @@ def mammogram(inputs: Inputs) -> Seen:
     )
     mas = inputs["exposure"]
     shot = shot_of(labels, view, mas=mas, rng=generator(*streams, "quantum noise"))
-    given = inputs.setting("xray.calcifications")
-    search = Search.drawn(**given, rng=generator(streams[0], "calcifications"))
+    given = read(SearchSettings, inputs.setting("xray.calcifications"), "xray.calcifications")
+    search = Search.sampled(given, rng=generator(streams[0], "calcifications"))
     cluster = cluster_row(labels, view, search, mas=mas, rng=generator(*streams, "cluster"))
     return Seen(shot.row | cluster, shot)
 
@@ -97,24 +103,25 @@ class Views:
 def views(inputs: Inputs) -> Views:
     """The views of tomosynthesis. Raises MissingResult where the detector does not hold the breast."""
     require_held(inputs["field"], TOMOSYNTHESIS)
-    labels, given, streams = inputs["phantom"], inputs.setting("xray.tomosynthesis"), inputs.subject.streams
-    taken = {
+    labels, given, streams = inputs["phantom"], _scan(inputs), inputs.subject.streams
+    imaging = {
         "chest_y_mm": inputs["pressed"].plates["chest_y_mm"],
-        "settings": _settings(inputs),
-        "effects": _names(inputs),
+        "equipment": _equipment(inputs),
+        "steps": _names(inputs),
+        "seed": streams[0],
     }
-    system = system_named(given["system"])
+    system = system_named(given.system)
     scatter: tuple[ScatterAt, ...] = ()
     if inputs.has("scatter"):
         cell_mm = inputs.setting("xray.scatter_pixel_mm")
-        coarse = Arc.of(labels, system, inputs["spectrum"], pixel_mm=cell_mm, **taken)
+        coarse = Arc.of(labels, system, inputs["spectrum"], pixel_mm=cell_mm, **imaging)
         error = inputs.setting("xray.scatter_error_percent") / PERCENT
         stream = seed_of(*streams, "arc")
-        scatter = coarse.scattered(labels, given["scatter_views"], relative_error=error, seed=stream)
-    arc = Arc.of(labels, system, inputs["spectrum"], pixel_mm=given["pixel_mm"], **taken)
-    mas = given["exposure_share"] * inputs["exposure"]
+        scatter = coarse.scattered(labels, given.scatter_views, relative_error=error, seed=stream)
+    arc = Arc.of(labels, system, inputs["spectrum"], pixel_mm=given.pixel_mm, **imaging)
+    mas = given.exposure_share * inputs["exposure"]
     b = arc.integrals(labels, mas=mas, scatter=scatter, rng=generator(*streams, "views"))
-    grid = slices_grid(labels, voxel_mm=given["pixel_mm"], slice_mm=given["slice_mm"])
+    grid = slices_grid(labels, voxel_mm=given.pixel_mm, slice_mm=given.slice_mm)
     return Views(arc, b, mas, grid, Masks.of(labels, grid))
 
 
@@ -170,14 +177,19 @@ def save_depth(table: pd.DataFrame, files: Mapping[str, str], job: Mapping[str, 
 
 
 def _methods(inputs: Inputs) -> Mapping[str, Reconstruction]:
-    iterations = inputs.setting("xray.tomosynthesis")["iterations"]
-    return {"filtered_backprojection": filtered_backprojection, "sart": partial(sart, iterations=iterations)}
+    iterative = partial(sart, iterations=_scan(inputs).iterations)
+    return {"filtered_backprojection": filtered_backprojection, "sart": iterative}
 
 
 def _names(inputs: Inputs) -> tuple[str, ...]:
-    """The effects that are there, in the order in which they act."""
-    return tuple(name for name in (*BEFORE, *EFFECTS) if inputs.has(name))
+    """The steps that are there, in the order in which they act."""
+    return tuple(name for name in (*BEFORE, *STEPS) if inputs.has(name))
 
 
-def _settings(inputs: Inputs) -> dict[str, Any]:
-    return {name: inputs.setting(f"xray.{name}") for name in OF_CHAIN} | {"seed": inputs.subject.streams[0]}
+def _equipment(inputs: Inputs) -> Equipment:
+    own = {name: inputs.setting(f"xray.{name}") for name in annotations(Equipment) if name != "tube"}
+    return read(Equipment, own | {"tube": looked_up(Tube, inputs.setting, "xray")}, "xray")
+
+
+def _scan(inputs: Inputs) -> ScanSettings:
+    return read(ScanSettings, inputs.setting("xray.tomosynthesis"), "xray.tomosynthesis")

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping
 
 from mammosim.chain.conditions import (
     begins_with_mean,
-    continues_standard,
     finds_markers,
     is_labelled,
     is_marked,
@@ -18,6 +17,7 @@ from mammosim.chain.conditions import (
     is_scattered,
     is_segmented,
     is_unmarked,
+    uses_standard,
 )
 from mammosim.chain.graph import Files, Need, Stage
 
@@ -107,8 +107,8 @@ MECHANICS: Mapping[str, Stage] = {
         ("mesh",),
         files=Files("results/meshes/{v}/{p}{also}", {"mesh": ".vtu"}, beside={"quality": "_quality.csv"}),
     ),
-    "body": Stage("body.body", (), ("tissues", *FIBRES), MATERIAL),
-    "pressed_body": Stage("body.pressed_body", (), ("load.tissues", *FIBRES), MATERIAL),
+    "body": Stage("unloaded.body", (), ("tissues", *FIBRES), MATERIAL),
+    "pressed_body": Stage("unloaded.pressed_body", (), ("load.tissues", *FIBRES), MATERIAL),
     "mean_shape": Stage(
         "unloaded.mean_shape",
         ("mesh", "reference_mesh"),
@@ -154,7 +154,7 @@ MECHANICS: Mapping[str, Stage] = {
     ),
     "pressed": Stage(
         "press.pressed",
-        ("press_setup", Need("standard_path", continues_standard)),
+        ("press_setup", Need("standard_path", uses_standard)),
         ("load.strategy", "compression.thresholds"),
         ("friction",),
         Files(

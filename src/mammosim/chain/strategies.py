@@ -1,19 +1,21 @@
-"""Strategies of compression: which paddle presses, and until when."""
+"""Strategies of compression: which paddle presses, and where it stops."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, get_type_hints
 
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.touch import path_of
+from mammosim.chain.discomfort import path_of
 from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.mesh import TetMesh
+from mammosim.core.settings import annotations, read, require_positive
 from mammosim.mechanics.compression import Compression, PressSettings, compress, continued
-from mammosim.mechanics.effects import Effect
+from mammosim.mechanics.effects import Effect, RigidPlate, six_points_in_each
 from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
 from mammosim.mechanics.press_path import WarmStart
+from mammosim.mechanics.reference import faces_of
 from mammosim.mechanics.stage import Control, Force, Thickness
 
 STANDARD = "standard"
@@ -26,11 +28,29 @@ YIELDS_FROM, YIELDING_STEPS = 0.5, 16
 JUMP_MM = 0.5
 Step = tuple[float, float]  # distance of the plates in mm, and mean pressure there in kPa
 
-PADDLES: Mapping[str, Callable[..., Paddle]] = {"tilting": Tilting, "flexible": Flexible}
+PADDLES: Mapping[str, type[Paddle]] = {"tilting": Tilting, "flexible": Flexible}
 
 
 class NoStandard(MechanicsError):
-    """A strategy is measured by the standard one, which found no equilibrium."""
+    """The goal of a strategy depends on the standard one, which found no equilibrium."""
+
+
+class PressedState(Protocol):
+    """A breast where a paddle stopped: what is measured of it. Compression of mechanics is one.
+
+    points (n_node, 3) mm; path: one row per step; plates: paddle and support.
+    """
+
+    @property
+    def points(self) -> np.ndarray: ...
+    @property
+    def path(self) -> pd.DataFrame: ...
+    @property
+    def plates(self) -> tuple[RigidPlate, RigidPlate]: ...
+
+    def gap(self, points: np.ndarray) -> np.ndarray:
+        """Distance between the faces of the plates at points (n, 3), (n,) mm; NaN beside the plates."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -39,8 +59,8 @@ class PressSetup:
 
     mesh: stress-free; plates: where a rigid paddle would stand; moduli: the name of the set in the effects;
     thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the load path of
-    the standard strategy of the same breast and moduli, None while that is what is to be found; solved: how a
-    rigid paddle's path is.
+    the standard strategy of the same breast and moduli, None where it is not known; solved: how a rigid
+    paddle's path is.
     """
 
     mesh: TetMesh
@@ -55,14 +75,15 @@ class PressSetup:
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
 
-        Every paddle follows the load path of the standard strategy, as far as that is known and of use: the
-        path of one that yields begins where it leaves it, and has no work. Area and pressures: chain.touch.
+        Every paddle continues the load path of the standard strategy where that is known and can be used:
+        the path of one that yields begins where it leaves it, and has no work. Area and pressures:
+        chain.discomfort.
         """
         body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
         settings = self.solved if paddle == Rigid() else replace(self.solved, steps=YIELDING_STEPS)
-        # Friction depends on its own load path, and cannot go on with another.
+        # Friction depends on the whole load path, and the stages that are kept do not have its state.
         known = self.standard if self.plates.friction is None else None
-        begun = known.begun(paddle, control) if known else ()
+        begun = known.warm_starts(paddle, control) if known else ()
         if not begun:
             found = compress(*body, plates=plates, control=control, settings=settings)
             return replace(found, path=path_of(found))
@@ -104,8 +125,19 @@ class LoadPath:
         """The shapes by their names."""
         return dict(zip(self.names(len(self.shapes)), self.shapes, strict=True))
 
-    def begun(self, paddle: Paddle, control: Control) -> tuple[WarmStart, ...]:
-        """Its stages that a paddle can begin with: one that yields, of less than half the force."""
+    def end(self, setup: PressSetup) -> "PathEnd":
+        """The breast of a setup at the end of its load path, which is that of a rigid paddle."""
+        last = self.path.iloc[-1]
+        faces, rule = faces_of(setup.mesh, "skin"), six_points_in_each(setup.solved.parts)
+        areas = rule.areas(setup.mesh.points, faces)
+        paddle, support = (
+            RigidPlate(faces, areas, box, float(last.penalty_kpa_per_mm), rule)
+            for box in setup.plates.at(float(last.readout_mm))
+        )
+        return PathEnd(self.shapes[-1], self.path, (paddle, support), setup.plates)
+
+    def warm_starts(self, paddle: Paddle, control: Control) -> tuple[WarmStart, ...]:
+        """The stages that a paddle can begin with: one that yields, of less than half the force."""
         path = self.path
         if paddle != Rigid():
             below = (
@@ -114,6 +146,23 @@ class LoadPath:
             path = path[below]
         steps = zip(path.readout_mm, path.penalty_kpa_per_mm, self.shapes)
         return tuple(WarmStart(float(thickness), float(penalty), x) for thickness, penalty, x in steps)
+
+
+@dataclass(frozen=True)
+class PathEnd:
+    """The last step of a load path, without what its solver knew: a PressedState.
+
+    between: the plates, whose distance is that of the path's last row.
+    """
+
+    points: np.ndarray
+    path: pd.DataFrame
+    plates: tuple[RigidPlate, RigidPlate]
+    between: Plates
+
+    def gap(self, points: np.ndarray) -> np.ndarray:
+        """See PressedState."""
+        return self.between.gap(points, float(self.path.readout_mm.iloc[-1]), self.between.at_rest)
 
 
 class StoppingCriterion(Protocol):
@@ -129,6 +178,9 @@ class ThicknessShare:
     """At a share of the standard strategy's thickness."""
 
     share: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "share")
 
     def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
         """See StoppingCriterion."""
@@ -147,6 +199,9 @@ class ForceShare:
 
     share: float
 
+    def __post_init__(self) -> None:
+        require_positive(self, "share")
+
     def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
         """See StoppingCriterion."""
         newton = self.share * float(setup.standard_path().force_n.iloc[-1])
@@ -159,6 +214,9 @@ class ForceNewton:
 
     newton: float
 
+    def __post_init__(self) -> None:
+        require_positive(self, "newton")
+
     def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
         """See StoppingCriterion."""
         return setup.pressed(paddle, Force(self.newton, setup.smallest_mm, FORCE_TOLERANCE))
@@ -170,10 +228,16 @@ class MeanPressure:
 
     kpa: Mapping[str, float]
 
+    def __post_init__(self) -> None:
+        if not self.kpa or not all(0 < p < np.inf for p in self.kpa.values()):
+            raise ConfigurationError(
+                f"pressures {dict(self.kpa)} kPa: give one above 0 for each set of moduli"
+            )
+
     def press(self, setup: PressSetup, paddle: Paddle) -> Compression:
         """See StoppingCriterion; by the secant between two steps of the standard's path, or of a longer one.
 
-        Where the pressure jumps past the one asked for, the breast is that right behind the jump.
+        Where the pressure jumps past the goal, the breast is that right behind the jump.
         """
         if setup.moduli not in self.kpa:
             known = ", ".join(self.kpa)
@@ -210,7 +274,7 @@ class MeanPressure:
         return before, after
 
 
-UNTIL: Mapping[str, Callable[[Any], StoppingCriterion]] = {
+CRITERIA: Mapping[str, type[StoppingCriterion]] = {
     "thickness_share": ThicknessShare,
     "force_share": ForceShare,
     "force_n": ForceNewton,
@@ -226,21 +290,36 @@ class Strategy:
     until: StoppingCriterion
 
     @classmethod
-    def of(cls, values: Mapping[str, Mapping[str, Any]]) -> "Strategy":
+    def read(cls, values: Any, *, at: str = "strategy") -> "Strategy":
         """Of the nested plain values {'paddle': {name: {...}}, 'until': {name: value}}; no paddle is rigid.
 
-        Raises ConfigurationError for an unknown name, MechanicsError for a paddle that cannot be.
+        at: what an error calls them. Raises ConfigurationError for an unknown name, and for a value that no
+        paddle and no criterion takes.
         """
-        ((until, when),) = values["until"].items()
-        if until not in UNTIL:
-            raise ConfigurationError(f"no end {until!r} of a compression; choose one of: {', '.join(UNTIL)}")
+        given = read(_Given, values, at)
+        until, goal = _only(given.until, CRITERIA, at=f"{at}.until")
+        criterion = CRITERIA[until]
+        (name,) = annotations(criterion)
+        goal = read(get_type_hints(criterion)[name], goal, f"{at}.until.{until}")
         paddle: Paddle = Rigid()
-        for name, parameters in values.get("paddle", {}).items():
-            if name not in PADDLES:
-                raise ConfigurationError(f"no paddle {name!r}; choose one of: {', '.join(PADDLES)}")
-            paddle = PADDLES[name](**parameters)
-        return cls(paddle, UNTIL[until](when))
+        if given.paddle:
+            kind, values = _only(given.paddle, PADDLES, at=f"{at}.paddle")
+            paddle = read(PADDLES[kind], values, f"{at}.paddle.{kind}")
+        return cls(paddle, read(criterion, {name: goal}, f"{at}.until.{until}"))
 
     def press(self, setup: PressSetup) -> Compression:
         """The breast where the paddle stops. Raises MechanicsError, or EquilibriumError, where it cannot."""
         return self.until.press(setup, self.paddle)
+
+
+@dataclass(frozen=True)
+class _Given:
+    until: Mapping[str, Any]
+    paddle: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _only(values: Mapping[str, Any], known: Mapping[str, Any], *, at: str) -> tuple[str, Any]:
+    """The one name and value that is there. Raises ConfigurationError unless there is one that is known."""
+    if len(values) != 1 or not set(values) <= set(known):
+        raise ConfigurationError(f"{at} = {dict(values)!r}; give exactly one of: {', '.join(known)}")
+    return next(iter(values.items()))

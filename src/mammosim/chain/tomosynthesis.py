@@ -2,16 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.image_chain import Acquisition
+from mammosim.chain.image_chain import Acquisition, Equipment
 from mammosim.chain.mammogram import RING_MM, View, scatter_behind, xray_phantom
 from mammosim.chain.phantom import healthy
 from mammosim.core.errors import XrayError
 from mammosim.core.labels import Label
+from mammosim.core.settings import require_positive, require_within
 from mammosim.core.volume import Grid, Image, LabelMap, grid_around
 from mammosim.xray.detector import Scatter, expose, on_pixels
 from mammosim.xray.geometry import Detector, Geometry
@@ -25,6 +25,26 @@ from mammosim.xray.views import tomosynthesis_geometries
 # Shadows of less than this share of the signal without a body are taken as this: noise leaves no logarithm.
 LEAST_TRANSMISSION = 1e-4
 Reconstruction = Callable[[Sequence[np.ndarray], Sequence[Geometry], Grid], Slices]
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """`xray.tomosynthesis`: system, pixels, slices, iterations of SART, views in which scatter is simulated.
+
+    exposure_share: of the mAs of the mammogram, for all views together.
+    """
+
+    system: str
+    pixel_mm: float
+    slice_mm: float
+    iterations: int
+    exposure_share: float
+    scatter_views: int
+
+    def __post_init__(self) -> None:
+        require_positive(self, "pixel_mm", "slice_mm", "exposure_share")
+        require_within("iterations", self.iterations, 1, 1000)
+        require_within("scatter_views", self.scatter_views, 1, 1000)
 
 
 @dataclass(frozen=True)
@@ -58,27 +78,29 @@ def between(known: Sequence[ScatterAt], angle_deg: float, pixels: Detector) -> S
 
 @dataclass(frozen=True)
 class Arc:
-    """A system's views of a breast with pixels of pixel_mm; settings of the image chain, and its effects."""
+    """A system's views of a breast; equipment, seed and steps of their images: chain.image_chain."""
 
     system: System
     geometries: tuple[Geometry, ...]
     middle_mm: float
     spectrum: Spectrum
-    settings: dict[str, Any]
-    effects: tuple[str, ...]
+    equipment: Equipment
+    steps: tuple[str, ...]
+    seed: int = 0
 
     @classmethod
     def of(
         cls, labels: LabelMap, system: System, spectrum: Spectrum, *, chest_y_mm: float, pixel_mm: float,
-        settings: dict[str, Any], effects: Sequence[str],
+        equipment: Equipment, steps: Sequence[str], seed: int = 0,
     ) -> "Arc":  # fmt: skip
         """Raises XrayError when the breast leaves the field of a view."""
         # ASSUME: tomosynthesis is taken without an anti-scatter grid.
         phantom = xray_phantom(labels)
         geometries = tomosynthesis_geometries(phantom, system, chest_wall_y_mm=chest_y_mm, pixel_mm=pixel_mm)
         body = labels.grid.shape[0] * labels.grid.spacing[2] / 2
-        names = tuple(name for name in effects if name != "grid")
-        return cls(system, geometries, system.support_to_detector_mm + body, spectrum, settings, names)
+        names = tuple(name for name in steps if name != "grid")
+        middle_mm = system.support_to_detector_mm + body
+        return cls(system, geometries, middle_mm, spectrum, equipment, names, seed)
 
     def scattered(
         self, labels: LabelMap, views: int, *, relative_error: float, seed: int
@@ -103,12 +125,12 @@ class Arc:
         phantom, share, found = xray_phantom(labels), mas / self.system.views, []
         for geometry, angle in zip(self.geometries, self.system.angles_deg):
             seen = between(scatter, angle, geometry.detector) if scatter else None
-            taken = Acquisition(geometry, self.middle_mm, self.settings)
-            view = View(taken, self.spectrum, self.effects, seen)
+            acquisition = Acquisition(geometry, self.middle_mm, self.equipment, self.seed)
+            view = View(acquisition, self.spectrum, self.steps, seen)
             image = primary(phantom, geometry, self.spectrum, response=view.chain.response)
             pixel = geometry.detector.pixel_mm
             shot = expose(
-                image, view.scatter_seen, mas=share, pixel_mm=pixel, rng=rng, steps=view.chain.effects
+                image, view.scatter_seen, mas=share, pixel_mm=pixel, rng=rng, steps=view.chain.steps
             )
             bright = image.unobstructed * pixel**2 * share
             found.append(line_integrals(np.maximum(shot.image, LEAST_TRANSMISSION * bright), bright))
@@ -167,7 +189,7 @@ class Masks:
 
 def lesion_alone(arc: Arc, labels: LabelMap, grid: Grid, reconstructed: Reconstruction) -> Image:
     """What a lesion adds to the slices: those of exact views with it less those without, free of noise."""
-    bare = replace(arc, effects=())
+    bare = replace(arc, steps=())
     rng = np.random.default_rng(0)  # nothing is drawn from it
     views = (bare.integrals(body, mas=1.0, scatter=(), rng=rng) for body in (labels, healthy(labels)))
     with_it, without = (reconstructed(b, arc.geometries, grid).image.values for b in views)

@@ -1,7 +1,10 @@
-"""The stress-free shape of a measured body, and that shape loaded again in another position."""
+"""What a breast consists of, its stress-free shape, and that shape loaded again in another position.
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+Its effects are gland and muscle (stiffer than fat), skin, fascia and ligaments.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -12,16 +15,72 @@ from mammosim.chain.morph import Morph, MorphSettings, morphed, sound_mean
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
+from mammosim.core.settings import looked_up, read, require_positive
+from mammosim.core.tissues import Membrane, TissueTable
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
+from mammosim.mechanics.body import Body, Fascia, Ligaments, Part, Skin
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.newton import NewtonSettings
 from mammosim.mechanics.unloaded import UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
 from mammosim.meshing.distance import surface_distance
 
-GIVEN = ("default", "iterations", "tolerance_mm")
+
+def body(inputs: Inputs) -> Body:
+    """The body that is measured."""
+    return _body(inputs, "tissues")
+
+
+def pressed_body(inputs: Inputs) -> Body:
+    """The body between the plates."""
+    # ASSUME: the stress-free shape is that of the study's own moduli, whatever a breast is pressed with.
+    return _body(inputs, "load.tissues")
+
+
+def _body(inputs: Inputs, name: str) -> Body:
+    """Of a table of tissues. A stiffer tissue whose effect is absent is as stiff as fat."""
+    table = read(TissueTable, inputs.setting(name), name)
+    tissues = {**table.tissues}
+    for effect, tissue in (("gland", "glandular"), ("muscle", "muscle")):
+        if not inputs.has(effect):
+            fat = tissues["adipose"].youngs_modulus_kpa
+            tissues[tissue] = replace(tissues[tissue], youngs_modulus_kpa=fat)
+    parts: Mapping[str, Callable[[], Part]] = {
+        "skin": lambda: Skin(**vars(_skin(table, name))),
+        # ASSUME: superficial fascia lies right under the skin.
+        "fascia": lambda: replace(_fascia(inputs), boundary="skin"),
+        "ligaments": lambda: read(Ligaments, inputs.setting("effects.ligaments"), "effects.ligaments"),
+    }
+    present = tuple(part() for effect, part in parts.items() if inputs.has(effect))
+    return Body(replace(table, tissues=tissues).by_label, present)
+
+
+def _fascia(inputs: Inputs) -> Fascia:
+    return read(Fascia, inputs.setting("effects.fascia"), "effects.fascia")
+
+
+def _skin(table: TissueTable, name: str) -> Membrane:
+    if table.skin is None:
+        raise ConfigurationError(f"{name} has no skin; add it, or leave `skin` out of mechanics.effects")
+    return table.skin
+
+
 HISTORY = ["iteration", "mean_mm", "max_mm", "damping", "factorisations", "seconds"]
+
+
+@dataclass(frozen=True)
+class StressFreeSettings:
+    """`mechanics.stress_free`: a method of METHODS; when it ends, see UnloadingSettings."""
+
+    default: str
+    iterations: int
+    tolerance_mm: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "iterations", "tolerance_mm")
+        if self.default not in METHODS:
+            raise ConfigurationError(f"no method {self.default!r}; choose one of: {', '.join(METHODS)}")
 
 
 @dataclass(frozen=True)
@@ -53,8 +112,8 @@ def mean_shape(inputs: Inputs) -> MeanShape:
     """
     if not inputs.subject.moves:
         raise ConfigurationError("a mean needs two positions: begin with the measured shape")
-    mesh, reference, given = inputs["mesh"], inputs["reference_mesh"], inputs.setting("morph")
-    settings = MorphSettings(tuple(given["stiffness_kpa_per_mm"]), given["updates"])
+    mesh, reference = inputs["mesh"], inputs["reference_mesh"]
+    settings = read(MorphSettings, inputs.setting("morph"), "morph")
     found = morphed(mesh, reference, settings=settings)
     mean = sound_mean(mesh, found.points)
     body = mesh.moved_to(found.points)
@@ -81,14 +140,14 @@ def load_mean_shape(files: Mapping[str, str]) -> MeanShape:
 def stress_free(inputs: Inputs) -> StressFree:
     """By the method of the settings."""
     mesh = inputs["mesh"]
-    given = {name: inputs.setting(f"mechanics.stress_free.{name}") for name in GIVEN}
+    given = looked_up(StressFreeSettings, inputs.setting, "mechanics.stress_free")
     start = inputs["mean_shape"].mesh.points if begins_with_mean(inputs) else None
-    found = METHODS[given["default"]](
+    found = METHODS[given.default](
         mesh,
         inputs["body"],
         gravity=inputs["breast"].gravity,
         start=start,
-        settings=UnloadingSettings(given["tolerance_mm"], given["iterations"]),
+        settings=UnloadingSettings(given.tolerance_mm, given.iterations),
     )
     columns = {name: [getattr(step, name) for step in found.history] for name in HISTORY}
     return StressFree(mesh.moved_to(found.points), pd.DataFrame(columns))

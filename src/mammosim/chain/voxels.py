@@ -1,6 +1,7 @@
 """The pressed breast as voxels with a lesion, and what was conserved on the way."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -15,12 +16,24 @@ from mammosim.chain.phantom import (
     voxel_breast,
     with_lesion,
 )
-from mammosim.core.labels import Label
+from mammosim.core.settings import read, require_positive
+from mammosim.core.tissues import TissueTable
 from mammosim.core.volume import LabelMap
 from mammosim.io.images import read_labels, write_labels
 from mammosim.io.tables import read_table, write_table
 
 INWARDS = np.array([0.0, 1.0, 0.0])  # prone, scanner frame: from the nipple to the chest wall
+
+
+@dataclass(frozen=True)
+class LesionSettings:
+    """`xray.lesion`: a ball of this diameter, its middle this deep behind the nipple."""
+
+    diameter_mm: float
+    depth_mm: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "diameter_mm", "depth_mm")
 
 
 def healthy_phantom(inputs: Inputs) -> LabelMap:
@@ -42,10 +55,8 @@ def healthy_phantom(inputs: Inputs) -> LabelMap:
 def phantom(inputs: Inputs) -> LabelMap:
     """With the lesion, which lies behind the nipple in the measured position and moves with the tissue."""
     breast: Breast = inputs["breast"]
-    given = inputs.setting("xray.lesion")
-    lesion = Lesion.behind(
-        breast.nipple, inwards=INWARDS, depth_mm=given["depth_mm"], diameter_mm=given["diameter_mm"]
-    )
+    given = read(LesionSettings, inputs.setting("xray.lesion"), "xray.lesion")
+    lesion = Lesion.behind(breast.nipple, inwards=INWARDS, **vars(given))
     return with_lesion(inputs["healthy_phantom"], inputs["pressed"].mesh, _measured(inputs), lesion)
 
 
@@ -67,8 +78,8 @@ def load_phantom(files: Mapping[str, str]) -> LabelMap:
 
 def conservation(inputs: Inputs) -> pd.DataFrame:
     """Volume and mass from the measured shape to the voxels, see chain.phantom."""
-    tissues = inputs.setting("tissues.tissues")
-    density = {Label[name.upper()]: tissue["density_g_cm3"] for name, tissue in tissues.items()}
+    solids = read(TissueTable, {"tissues": inputs.setting("tissues.tissues")}, "tissues")
+    density = {label: tissue.density_g_cm3 for label, tissue in solids.by_label.items()}
     return conservation_table(
         inputs["pressed"].mesh,
         _measured(inputs),

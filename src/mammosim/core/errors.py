@@ -6,7 +6,7 @@ import numpy as np
 
 
 class MammosimError(Exception):
-    """Anything mammosim refuses to do; the message says what to do instead."""
+    """An input that is rejected, or a solution that was not found; the message says what to do instead."""
 
 
 class ConfigurationError(MammosimError):

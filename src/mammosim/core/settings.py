@@ -7,11 +7,11 @@ are finite unless their Limits say otherwise.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints, overload
 
 import numpy as np
 
@@ -41,6 +41,7 @@ class Limits:
             )
 
 
+T = TypeVar("T")
 FINITE = Limits()
 _NAMES = {float: "a number", int: "a whole number", bool: "true or false", str: "a word"}
 # For values that another part of the program is to reject.
@@ -75,6 +76,10 @@ class Settings:
             object.__setattr__(self, name, read(kind, getattr(self, name), name))
 
 
+@overload
+def read(kind: type[T], value: Any, place: str) -> T: ...
+@overload
+def read(kind: Any, value: Any, place: str) -> Any: ...
 def read(kind: Any, value: Any, place: str) -> Any:
     """Plain values as the class or annotation `kind`; place: the path of keys, named in errors.
 
@@ -84,21 +89,26 @@ def read(kind: Any, value: Any, place: str) -> Any:
     if origin is Annotated:
         return _annotated(inside[0], inside[1], value, place)
     if origin in (Union, UnionType):
-        if value is None and NoneType in inside:
-            return None
-        return read(next(k for k in inside if k not in (NoneType, np.ndarray)), value, place)
+        return _of_any([k for k in inside if k is not np.ndarray], value, place)
     if origin is Literal:
         if value not in inside:
             raise ConfigurationError(f"{place} = {value!r}: choose one of: {', '.join(map(str, inside))}")
         return value
     if origin is tuple:
         return _list(inside, value, place)
+    if kind is Any:
+        return value
     if is_dataclass(kind) and isinstance(kind, type):
         return value if isinstance(value, kind) else _object(kind, value, place)
     if origin is Mapping:
         pairs = _mapping(value, place).items()
         return {read(inside[0], k, f"a key of {place}"): read(inside[1], v, f"{place}.{k}") for k, v in pairs}
     return _plain(kind, value, place, FINITE)
+
+
+def looked_up(kind: type[T], setting: Callable[[str], Any], place: str) -> T:
+    """As read, each setting of the class looked up by its dotted name, `{place}.{name}`."""
+    return read(kind, {name: setting(f"{place}.{name}") for name in annotations(kind)}, place)
 
 
 def words(value: Any) -> str:
@@ -122,10 +132,24 @@ def annotations(kind: type) -> dict[str, Any]:
     return {f.name: hints[f.name] for f in fields(kind) if f.init}
 
 
+def _of_any(kinds: Sequence[Any], value: Any, place: str) -> Any:
+    """A value of the first kind that takes it; what the first one says where none does."""
+    if value is None and NoneType in kinds:
+        return None
+    errors = []
+    for kind in (kind for kind in kinds if kind is not NoneType):
+        try:
+            return read(kind, value, place)
+        except ConfigurationError as error:
+            errors.append(error)
+    raise errors[0]
+
+
 def _annotated(kind: Any, about: Any, value: Any, place: str) -> Any:
     if isinstance(about, Limits):
         return _plain(kind, value, place, about)
-    if isinstance(value, (tuple, *about.kinds.values())):
+    kinds, several = tuple(about.kinds.values()), isinstance(about, SomeOf) and isinstance(value, tuple)
+    if isinstance(value, kinds) or (several and all(isinstance(one, kinds) for one in value)):
         return value
     given = dict(_mapping(value, place))
     if isinstance(about, OneOf) and about.key:
@@ -184,3 +208,14 @@ def _plain(kind: Any, value: Any, place: str, limits: Limits) -> Any:
     if kind in (int, float):
         limits.require(float(value), place)
     return kind(value) if kind is float else value
+
+
+def require_within(name: str, value: float, low: float, high: float, advice: str = "change it") -> None:
+    """Raise ConfigurationError unless low <= value <= high."""
+    Limits(at_least=low, at_most=high, advice=advice).require(value, name)
+
+
+def require_positive(settings: object, *names: str) -> None:
+    """Raise ConfigurationError unless the settings with these names are above 0 and finite."""
+    for name in names:
+        Limits(above=0).require(getattr(settings, name), name)

@@ -82,6 +82,46 @@ class CellTissues:
         return k
 
 
+@dataclass(frozen=True)
+class Membrane:
+    """A skin as a file of tissues gives it: E [kPa], nu [-], thickness [mm]; limits of Tissue.
+
+    Raises MechanicsError for a modulus or a Poisson's ratio as Tissue does, and for another thickness.
+    """
+
+    youngs_modulus_kpa: float
+    poisson_ratio: float
+    thickness_mm: float
+
+    def __post_init__(self) -> None:
+        Tissue(self.youngs_modulus_kpa, self.poisson_ratio, 1.0)
+        if not 0 < self.thickness_mm <= 10:
+            raise MechanicsError(
+                f"thickness_mm = {self.thickness_mm:g} is outside (0, 10]; skin has 0.5 to 3 mm: in cm?"
+            )
+
+
+@dataclass(frozen=True)
+class TissueTable:
+    """A file of config/tissues: the solid tissues by name, and the skin, None where the file has none.
+
+    Raises MechanicsError for a tissue that is none of core.labels.Label.
+    """
+
+    tissues: Mapping[str, Tissue]
+    skin: Membrane | None = None
+
+    def __post_init__(self) -> None:
+        known = [label.tissue for label in Label]
+        if unknown := sorted(set(self.tissues) - set(known)):
+            raise MechanicsError(f"unknown tissue {unknown[0]!r}; choose among: {', '.join(known)}")
+
+    @property
+    def by_label(self) -> dict[Label, Tissue]:
+        """The solid tissues by their label."""
+        return {Label[name.upper()]: tissue for name, tissue in self.tissues.items()}
+
+
 Tissues = Mapping[Label, Tissue] | CellTissues
 
 

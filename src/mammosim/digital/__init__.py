@@ -1,1 +1,1 @@
-"""Digital volunteers: made women whose truth is known."""
+"""Digital volunteers: virtual patients whose truth is known, scanned in several positions."""

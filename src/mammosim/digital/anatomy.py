@@ -1,19 +1,25 @@
-"""A digital volunteer's stress-free body as functions of the point, so that any resolution can be drawn."""
+"""A virtual patient's stress-free body as functions of the point, to be sampled at any resolution."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
 
 import numpy as np
 
 from mammosim.core.labels import Label
 from mammosim.core.rng import generator
 from mammosim.core.volume import grid_around
-from mammosim.digital.build import Build
 from mammosim.digital.gland import GlandField, fitted, gland_field
-from mammosim.digital.mound import NIPPLE_BLEND_MM, Mound, chest_distance, mounds, skin_layers_mm
-from mammosim.digital.shape import blend, random_waves, waves
+from mammosim.digital.patient import VirtualPatient
+from mammosim.digital.shape import (
+    NIPPLE_BLEND_MM,
+    Mound,
+    blend,
+    chest_distance,
+    mounds,
+    random_waves,
+    skin_layers_mm,
+    waves,
+)
 
 # ASSUME: skin thickness varies by region as clipped random waves of 60-150 mm, not with any measured map.
 SKIN_WAVES = 24
@@ -27,27 +33,27 @@ CALIBRATION_MM = (
 class Anatomy:
     """Fields of one volunteer; every method takes points (n, 3) in the stress-free body frame, LPS, mm."""
 
-    build: Build
+    patient: VirtualPatient
     mounds: tuple[Mound, Mound]
     skin_waves: tuple[np.ndarray, np.ndarray]
     glands: tuple[GlandField, ...] = ()
 
     def rib_distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the rib cage, mm; negative in the thorax."""
-        return chest_distance(self.build, points, layers_mm=0.0)
+        return chest_distance(self.patient, points, layers_mm=0.0)
 
     def outer_field(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the outer face of the skin, mm, to first order; negative inside."""
-        body = chest_distance(self.build, points, layers_mm=skin_layers_mm(self.build))
+        body = chest_distance(self.patient, points, layers_mm=skin_layers_mm(self.patient))
         for mound in self.mounds:
-            body = blend(body, mound.distance(points), self.build.breast.fold_mm)
+            body = blend(body, mound.distance(points), self.patient.breast.fold_mm)
         return reduce(
             lambda a, mound: blend(a, mound.nipple_distance(points), NIPPLE_BLEND_MM), self.mounds, body
         )
 
     def region_field(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) to the box y < region_back, |z| < region_half_height, mm; negative inside."""
-        chest = self.build.chest
+        chest = self.patient.chest
         return np.maximum(
             points[:, 1] - chest.region_back_mm, np.abs(points[:, 2]) - chest.region_half_height_mm
         )
@@ -59,7 +65,7 @@ class Anatomy:
 
     def skin_thickness(self, points: np.ndarray) -> np.ndarray:
         """Thickness (n,) of the skin near points, mm."""
-        skin = self.build.skin
+        skin = self.patient.skin
         return skin.mean_mm + skin.variation_mm * np.clip(waves(points, *self.skin_waves), -1, 1)
 
     def labels_at(self, points: np.ndarray) -> np.ndarray:
@@ -73,48 +79,49 @@ class Anatomy:
     def labels_inside(self, points: np.ndarray, depth: np.ndarray) -> np.ndarray:
         """Label (n,) uint8 of points known to lie in the body, depth (n,) mm under the skin's outer face."""
         rib = self.rib_distance(points)
-        muscle = rib - self.build.chest.muscle_mm
+        muscle = rib - self.patient.chest.muscle_mm
         labels = np.full(len(points), Label.ADIPOSE, np.uint8)
         for mound, gland in zip(self.mounds, self.glands):
             breast = np.flatnonzero((mound.distance(points) < 0) & (muscle > 0))
-            possible = gland.possible(points[breast], depth[breast] - self.build.skin.mean_mm, muscle[breast])
+            possible = gland.possible(
+                points[breast], depth[breast] - self.patient.skin.mean_mm, muscle[breast]
+            )
             near = breast[possible]
             labels[near[gland(points[near])]] = Label.GLANDULAR
         labels[muscle < 0] = Label.MUSCLE
         labels[rib < 0] = Label.THORAX
-        shallow = np.flatnonzero(depth < self.build.skin.mean_mm + self.build.skin.variation_mm)
+        shallow = np.flatnonzero(depth < self.patient.skin.mean_mm + self.patient.skin.variation_mm)
         labels[shallow[depth[shallow] < self.skin_thickness(points[shallow])]] = Label.SKIN
         return labels
 
     def breast_points(self, mound: Mound, spacing_mm: float) -> np.ndarray:
         """Points (n, 3) of a regular grid in one breast: skin to muscle, inside its ellipsoid."""
-        reach = mound.radii.max() + self.build.breast.nipple_mm
+        reach = mound.radii.max() + self.patient.breast.nipple_mm
         grid = grid_around(mound.centre - reach, mound.centre + reach, spacing_mm)
         points = grid.centres()
         points = points[mound.distance(points) < 0]
-        before = self.rib_distance(points) > self.build.chest.muscle_mm
+        before = self.rib_distance(points) > self.patient.chest.muscle_mm
         return points[before & (self.outer_field(points) < 0)]
 
     def in_front(self, mound: Mound, points: np.ndarray) -> np.ndarray:
         """Whether points (n, 3) lie in the nipple's half of the way from muscle to nipple."""
-        behind = self.build.chest.fat_mm + self.build.skin.mean_mm
+        behind = self.patient.chest.fat_mm + self.patient.skin.mean_mm
         return mound.local(points)[:, 2] > (mound.radii[2] - behind) / 2
 
 
-def make_anatomy(parameters: Mapping[str, Any]) -> Anatomy:
-    """The anatomy of nested plain values, see build.Build. Raises ConfigurationError for impossible ones."""
-    build = Build.from_parameters(parameters)
-    skin_waves = random_waves(generator(build.seed, "skin"), SKIN_WAVES, *SKIN_WAVE_MM)
-    body = Anatomy(build, mounds(build), skin_waves)
-    return Anatomy(build, body.mounds, skin_waves, tuple(_gland(body, mound) for mound in body.mounds))
+def make_anatomy(patient: VirtualPatient) -> Anatomy:
+    """The anatomy of a virtual patient. Raises ConfigurationError where her gland does not fit."""
+    skin_waves = random_waves(generator(patient.seed, "skin"), SKIN_WAVES, *SKIN_WAVE_MM)
+    body = Anatomy(patient, mounds(patient), skin_waves)
+    return Anatomy(patient, body.mounds, skin_waves, tuple(_gland(body, mound) for mound in body.mounds))
 
 
 def _gland(body: Anatomy, mound: Mound) -> GlandField:
     # ASSUME: gland fraction and its share in the nipple's half are set in the stress-free shape, per breast.
-    build = body.build
+    patient = body.patient
     points = body.breast_points(mound, CALIBRATION_MM)
-    field = gland_field(build.gland, mound, build.seed)
-    depth = -body.outer_field(points) - build.skin.mean_mm
-    possible = field.possible(points, depth, body.rib_distance(points) - build.chest.muscle_mm)
+    field = gland_field(patient.gland, mound, patient.seed)
+    depth = -body.outer_field(points) - patient.skin.mean_mm
+    possible = field.possible(points, depth, body.rib_distance(points) - patient.chest.muscle_mm)
     front = body.in_front(mound, points)
-    return fitted(field, build.gland, points, possible, lambda held: front[held].mean())
+    return fitted(field, patient.gland, points, possible, lambda held: front[held].mean())

@@ -1,14 +1,15 @@
 """What a person adds to the raw images: clicks on markers and nipples, and strokes of paint in tissues."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from mammosim.core.errors import SegmentationError
+from mammosim.core.errors import ConfigurationError, SegmentationError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rng import generator
+from mammosim.core.settings import require_positive
 from mammosim.core.volume import LabelMap
 from mammosim.digital.body import Body
 from mammosim.digital.signal import Scan, marker_centres
@@ -31,33 +32,42 @@ def clicked(body: Body, *, scan: Scan, error_mm: float, stream: tuple[str | int,
     return Fiducials(listed.names, listed.kinds, points + error)
 
 
-def strokes(
-    labels: LabelMap,
-    z_mm: Sequence[float],
-    *,
-    per_tissue: int,
-    steps: int,
-    stream: tuple[str | int, ...],
-) -> pd.DataFrame:
-    """Points (x_mm, y_mm, z_mm, tissue) painted on the slices nearest to z_mm: lines of up to `steps` voxels.
+@dataclass(frozen=True)
+class Painting:
+    """What a person paints on the slices nearest to z_mm: so many strokes of each tissue that is seen there.
 
-    per_tissue: strokes of each tissue on each slice where it is seen.
+    steps: how many voxels a stroke is long at most.
+    """
+
+    z_mm: tuple[float, ...]
+    per_tissue: int
+    steps: int
+
+    def __post_init__(self) -> None:
+        require_positive(self, "per_tissue", "steps")
+        if not self.z_mm:
+            raise ConfigurationError("z_mm names no slice; name some that cut the breasts")
+
+
+def strokes(labels: LabelMap, painting: Painting, *, stream: tuple[str | int, ...]) -> pd.DataFrame:
+    """Points (x_mm, y_mm, z_mm, tissue) of painted strokes: lines inside one tissue.
+
     Raises SegmentationError when a tissue is on none of the slices.
     """
     # ASSUME: whoever paints the training strokes recognises every tissue and stays inside it.
     rng = generator(*stream, "strokes")
     painted = []
-    for z in z_mm:
+    for z in painting.z_mm:
         k = _slice_at(labels, z)
         for label in PAINTED:
-            for _ in range(per_tissue):
-                pixels = _stroke(labels.values[k] == label, steps, rng)
+            for _ in range(painting.per_tissue):
+                pixels = _stroke(labels.values[k] == label, painting.steps, rng)
                 voxels = np.column_stack([np.full(len(pixels), k), pixels]).astype(float)
                 painted.append(_rows(labels.grid.points(voxels), label))
     table = pd.concat(painted, ignore_index=True)
     if missing := {label.tissue for label in PAINTED} - set(table.tissue):
         raise SegmentationError(
-            f"the slices at z = {list(z_mm)} mm show no {', '.join(sorted(missing))}; "
+            f"the slices at z = {list(painting.z_mm)} mm show no {', '.join(sorted(missing))}; "
             "choose slices through the breasts"
         )
     return table

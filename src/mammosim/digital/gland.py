@@ -8,9 +8,8 @@ from scipy.optimize import brentq
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.rng import generator
-from mammosim.digital.build import Gland
-from mammosim.digital.mound import Mound
-from mammosim.digital.shape import random_waves, waves
+from mammosim.digital.patient import Gland
+from mammosim.digital.shape import Mound, random_waves, waves
 
 # ASSUME: gland is where random waves on a cone narrowing to the nipple exceed a threshold; no lobes or ducts.
 WAVES = 40

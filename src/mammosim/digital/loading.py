@@ -1,13 +1,17 @@
-"""The truth's own body: a mesh of the stress-free shape with tissues, and its equilibrium under gravity."""
+"""The truth's own body: its mesh, its equilibrium under gravity, and its rigid motion into the scanner."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
+from mammosim.core.positions import gravity_direction
+from mammosim.core.rigid import RigidTransform
+from mammosim.core.rng import generator
 from mammosim.core.volume import grid_around
 from mammosim.digital.anatomy import Anatomy
 from mammosim.digital.constitution import Constitution
-from mammosim.digital.mound import skin_layers_mm
+from mammosim.digital.shape import skin_layers_mm
 from mammosim.mechanics.equilibrium import Equilibrium, Settings
 from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.lattice import POINT_MM, on_lattice
@@ -40,14 +44,14 @@ def load_truth(
     mesh: TetMesh,
     gravity: np.ndarray,
     *,
-    made_of: Constitution,
+    constitution: Constitution,
     settings: Settings | None = None,
 ) -> Equilibrium:
     """The body under gravity (3,), a unit vector in the body frame.
 
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified equilibrium was reached.
     """
-    return made_of.body(anatomy, mesh).load(mesh, gravity, settings=settings)
+    return constitution.body(anatomy, mesh).load(mesh, gravity, settings=settings)
 
 
 def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:
@@ -64,9 +68,9 @@ def tissue_of_cells(anatomy: Anatomy, mesh: TetMesh) -> np.ndarray:
 
 
 def _surface(anatomy: Anatomy) -> Surface:
-    chest = anatomy.build.chest
+    chest = anatomy.patient.chest
     front = min(mound.nipple[1] for mound in anatomy.mounds)
-    torso = chest.semi_axis_x_mm + skin_layers_mm(anatomy.build)
+    torso = chest.semi_axis_x_mm + skin_layers_mm(anatomy.patient)
     half_width = max(torso, *(abs(mound.centre[0]) + mound.radii[0] for mound in anatomy.mounds))
     high = np.array([half_width, chest.region_back_mm, chest.region_half_height_mm]) + 2 * FIELD_MM
     low = np.array([-high[0], front - 2 * FIELD_MM, -high[2]])
@@ -94,3 +98,25 @@ def _lattice(n: int) -> np.ndarray:
     steps = np.stack(np.meshgrid(*[np.arange(n)] * 4, indexing="ij"), axis=-1).reshape(-1, 4)
     steps = steps[steps.sum(axis=1) == n - 1]
     return (steps + 0.5) / (n + 1)
+
+
+def motion(
+    position: str, *, largest_deg: float, largest_mm: float, stream: tuple[str | int, ...]
+) -> RigidTransform:
+    """The motion from the body frame into the scanner frame of a position, drawn from its named stream.
+
+    The rotation, by half to all of largest_deg, has any axis through the origin; the shift is half to all of
+    largest_mm.
+    """
+    # ASSUME: between positions the rib cage moves rigidly, by a drawn angle and shift; nobody breathes.
+    rng = generator(*stream, "motion", position)
+    axis, shift = rng.normal(size=(2, 3))
+    angle = rng.uniform(0.5, 1) * np.radians(largest_deg)
+    length = rng.uniform(0.5, 1) * largest_mm
+    R = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+    return RigidTransform(R, length * shift / np.linalg.norm(shift))
+
+
+def gravity_in_body(position: str, moved: RigidTransform) -> np.ndarray:
+    """g_body = R^T g_scanner (3,): gravity is known in the scanner, the body lies turned in it."""
+    return moved.R.T @ gravity_direction(position)

@@ -9,7 +9,7 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.core.labels import Label
 from mammosim.core.progress import progress
 from mammosim.core.rng import generator
-from mammosim.core.volume import Grid, Image, LabelMap
+from mammosim.core.volume import Grid, Image, LabelMap, grid_around
 from mammosim.digital.body import Body
 from mammosim.digital.shape import random_waves, waves
 from mammosim.digital.thorax import ORGANS
@@ -48,6 +48,59 @@ class Scan:
             raise ConfigurationError(
                 f"subsamples = {self.subsamples} per voxel edge; choose 1 to 8, usually 2"
             )
+
+
+@dataclass(frozen=True)
+class FieldOfView:
+    """From the lowest to the highest coordinate along each axis, scanner frame, mm."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    z: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        for axis, (low, high) in vars(self).items():
+            if not low < high:
+                raise ConfigurationError(f"{axis} from {low:g} to {high:g} mm: give the lowest first")
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """A scan as it is configured: `digital.scan`; fat_intensity is that of Scan.adipose."""
+
+    spacing_mm: tuple[float, float, float]
+    field_of_view_mm: FieldOfView
+    echo_time_ms: float
+    repetition_time_ms: float
+    fat_intensity: float
+    bias_percent: float
+    noise_percent: float
+    subvoxels: int
+    marker_mm: float
+
+    def __post_init__(self) -> None:
+        if not min(self.spacing_mm) > 0:
+            raise ConfigurationError(f"spacing_mm = {list(self.spacing_mm)} must be above 0 along each axis")
+
+    @property
+    def scan(self) -> Scan:
+        """How the image is taken. Raises ConfigurationError as Scan does."""
+        return Scan(
+            echo_time_ms=self.echo_time_ms,
+            repetition_time_ms=self.repetition_time_ms,
+            adipose=self.fat_intensity,
+            bias=self.bias_percent / 100,
+            noise=self.noise_percent / 100,
+            subsamples=self.subvoxels,
+            marker_mm=self.marker_mm,
+        )
+
+    @property
+    def grid(self) -> Grid:
+        """The voxels, scanner frame."""
+        view = self.field_of_view_mm
+        low, high = np.array([view.x, view.y, view.z], float).T
+        return grid_around(low, high, np.array(self.spacing_mm, float))
 
 
 def signals(scan: Scan) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Inside the rib cage: what registration holds on to. Rigid, drawn in the body frame, LPS, mm."""
+"""Inside the rib cage: what registration holds on to. Rigid, in the body frame, LPS, mm."""
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def organs_at(anatomy: Anatomy, points: np.ndarray) -> np.ndarray:
     wall = np.flatnonzero(rib > -WALL_MM)
     organs[wall] = _wall(points[wall], -rib[wall])
     lung = np.flatnonzero(organs == ORGANS["lung"])
-    vessels = random_waves(generator(anatomy.build.seed, "lung"), VESSEL_WAVES, *VESSEL_MM)
+    vessels = random_waves(generator(anatomy.patient.seed, "lung"), VESSEL_WAVES, *VESSEL_MM)
     organs[lung[waves(points[lung], *vessels) > VESSEL_LEVEL]] = ORGANS["vessel"]
     return organs
 

@@ -121,7 +121,7 @@ def _draw_marks(axes: np.ndarray, marks: Marks) -> None:
 def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     """How thick the pressed breast is, seen from above, a panel per strategy on a common scale.
 
-    maps: strategy -> rows of chain.thickness.thickness_map, none where it was refused. Lines are 5 mm
+    maps: strategy -> rows of chain.plates.thickness_map, none where it was refused. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
     figure = new_figure(2.7)

@@ -1,4 +1,4 @@
-"""Results that a stage could not give: a file in their place says so, and why.
+"""Results that are missing, because a stage found none: the file in their place gives the reason.
 
 A table (`.csv`) then has one row with the keys of the job and `outcome`, which begins with PREFIX; any other
 file is the JSON object {"missing": reason}. Whoever reads such a file gets MissingResult with that reason.

@@ -1,4 +1,7 @@
-"""Programs of others, each run by its own Python on one thread, within a limit of processor time."""
+"""Problems as plain files, and programs of others that solve them: each by its own Python, on one thread.
+
+A program has a limit of processor time.
+"""
 
 import json
 import os
@@ -11,6 +14,15 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+
+from mammosim.io.atomic import replacing
+
+
+def write_problem(arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any], path: str | Path) -> None:
+    """Write the arrays by name, and beside them `facts`: nested plain values as JSON."""
+    with replacing(path) as temporary, open(temporary, "wb") as file:
+        np.savez(file, allow_pickle=False, facts=np.array(json.dumps(facts)), **arrays)
+
 
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 ONE_THREAD["ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"] = "1"

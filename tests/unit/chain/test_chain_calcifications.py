@@ -11,7 +11,7 @@ from mammosim.chain.calcifications import (
     patch_behind,
     with_cluster,
 )
-from mammosim.chain.image_chain import Acquisition
+from mammosim.chain.image_chain import Acquisition, Equipment, Tube
 from mammosim.chain.mammogram import View
 from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
@@ -23,6 +23,7 @@ from mammosim.xray.projector import primary
 from mammosim.xray.spectrum import Spectrum, monoenergetic
 
 PIXEL = 0.1
+EQUIPMENT = Equipment(Tube("W", "Rh", 50.0, 28.0), "selenium", 0.3, "siemens_prototype", 0.5)
 BEAM = Spectrum(np.array([16.0, 22.0]), np.array([3e5, 2e5]), 650.0)
 
 
@@ -46,7 +47,7 @@ PLACE = Place(np.array([3.0, -4.0, 40.0]), material("glandular"), material("calc
 
 def patch_of(view, effects):
     """The patch as an image with these effects."""
-    whole = View(Acquisition(view, 40.0, {"detector": "selenium"}), BEAM, effects)
+    whole = View(Acquisition(view, 40.0, EQUIPMENT), BEAM, effects)
     return whole.on(patch_behind(PLACE, view, pixels=40, pixel_mm=PIXEL))
 
 
@@ -91,7 +92,7 @@ def test_the_middle_of_a_ball_passes_what_its_diameter_lets_pass(slab, view):
 
 
 def test_clusters_are_seen_better_at_four_times_the_exposure(slab, view):
-    cluster = Cluster.drawn(5, width_mm=2.0, diameter_mm=0.3, rng=generator(1, "balls"))
+    cluster = Cluster.sampled(5, width_mm=2.0, diameter_mm=0.3, rng=generator(1, "balls"))
     pair = images(slab, view, cluster)
     patch = patch_of(view, ("quantum_noise",))
     found = [
@@ -111,7 +112,7 @@ def test_clusters_are_seen_better_at_four_times_the_exposure(slab, view):
 @pytest.mark.parametrize("noise", [("quantum_noise",), ("quantum_noise", "blur", "electronic_noise")])
 def test_what_all_images_would_tell_lies_where_many_images_say(slab, view, noise):
     """The interval of 2 x 800 images holds 99.9 % and is 4 % wide to each side."""
-    pair = images(slab, view, Cluster.drawn(5, width_mm=2.0, diameter_mm=0.3, rng=generator(1, "balls")))
+    pair = images(slab, view, Cluster.sampled(5, width_mm=2.0, diameter_mm=0.3, rng=generator(1, "balls")))
     patch = patch_of(view, noise)
     d, told, _ = cluster_detectability(pair, patch, mas=1.0, count=800, rng=generator(4, *noise))
     reach = 3.29 / 1.96
@@ -119,7 +120,7 @@ def test_what_all_images_would_tell_lies_where_many_images_say(slab, view, noise
     assert (told.high - told.low) / told.d < 0.08
 
 
-def test_what_is_no_microcalcification_is_refused():
+def test_what_is_no_microcalcification_is_rejected():
     with pytest.raises(XrayError, match=r"a cluster has some, of 0\.1 to 1 mm"):
         Cluster(np.zeros((2, 2)), 5.0)
     with pytest.raises(XrayError, match="a cluster has some"):

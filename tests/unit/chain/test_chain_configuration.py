@@ -320,7 +320,7 @@ def table(**change) -> list[dict[str, str]]:
         ({"labels": "l.nii.gz", "images": ""}, "labels of prone and none of supine; give labels of each"),
     ],
 )
-def test_a_volunteer_table_that_contradicts_itself_is_refused(change, words):
+def test_a_volunteer_table_that_contradicts_itself_is_rejected(change, words):
     with pytest.raises(ConfigurationError, match=words):
         check_volunteers(table(**change), file="volunteers.tsv")
 

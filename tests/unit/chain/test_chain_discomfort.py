@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.chain.discomfort import amounts_above, skin_measures, tissue_measures
-from mammosim.chain.touch import touching_area
+from mammosim.chain.discomfort import amounts_above, contact_area, skin_measures, tissue_measures
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.rigid import rotation
@@ -84,9 +83,9 @@ def test_the_pressures_of_the_faces_add_up_to_the_force_and_the_area_is_that_of_
     # 0.1 mm deep at 1 kPa/mm is 0.1 kPa, on 30 mm by 30 mm.
     assert (faces.paddle_kpa * faces.area_mm2).sum() == pytest.approx(90.0)
     assert faces.paddle_kpa.max() == pytest.approx(0.1)
-    assert touching_area(top, cube.points) == pytest.approx(900.0)
-    assert touching_area(top, cube.points - [0.0, 0.0, 0.15]) == pytest.approx(900.0)  # 0.05 mm off
-    assert touching_area(top, cube.points - [0.0, 0.0, 0.25]) == 0.0
+    assert contact_area(top, cube.points) == pytest.approx(900.0)
+    assert contact_area(top, cube.points - [0.0, 0.0, 0.15]) == pytest.approx(900.0)  # 0.05 mm off
+    assert contact_area(top, cube.points - [0.0, 0.0, 0.25]) == 0.0
 
 
 def test_the_larger_pressure_of_both_plates_counts(cube):
@@ -98,11 +97,11 @@ def test_the_larger_pressure_of_both_plates_counts(cube):
     assert set(table.unit) == {"cm2"}
 
 
-def test_an_unknown_measure_is_refused_with_those_there_are():
+def test_an_unknown_measure_is_rejected_with_those_there_are():
     with pytest.raises(MechanicsError, match=r"no measure 'pain'.*green_lagrange, logarithmic"):
         amounts_above(pd.DataFrame(), NO_FACES, {"pain": [1.0]})
 
 
-def test_effects_without_tissue_are_refused(cube):
+def test_effects_without_tissue_are_rejected(cube):
     with pytest.raises(MechanicsError, match="no bulk tissue"):
         tissue_measures(cube, (), cube.points)

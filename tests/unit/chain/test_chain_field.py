@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from mammosim.chain.field import HELD, MAMMOGRAM, TOMOSYNTHESIS, field_rows, require_held
-from mammosim.core.errors import MissingResult
+from mammosim.chain.beam import HELD, MAMMOGRAM, TOMOSYNTHESIS, Mammography, Scanner, field_rows, require_held
+from mammosim.core.errors import ConfigurationError, MissingResult
 from mammosim.core.labels import Label
+from mammosim.core.settings import read
 from mammosim.core.volume import LabelMap, grid_around
 
 GEOMETRY = {
     "source_to_detector_mm": 650.0, "support_to_detector_mm": 20.0, "pixel_mm": 1.0,
     "field_mm": {"depth": 100.0, "width": 200.0},
 }  # fmt: skip
+MAMMOGRAPHY = read(Mammography, GEOMETRY, "xray")
 JOB = {"volunteer": "large", "side": "left", "strategy": "standard", "moduli": "gravity"}
 
 
@@ -19,8 +21,9 @@ def rows(width_mm: float):
     """Of a block of fat, so wide, 60 mm deep and 40 mm thick."""
     grid = grid_around(np.array([-width_mm / 2, -60.0, 0.0]), np.array([width_mm / 2, 0.0, 40.0]), 4.0)
     labels = LabelMap(grid, np.full(grid.shape, Label.ADIPOSE, np.uint8))
-    scan = {"system": "victre", "pixel_mm": 1.0}
-    return field_rows(labels, chest_y_mm=0.0, geometry=GEOMETRY, scan=scan).assign(**JOB)
+    scanner = Scanner("victre", 1.0)
+    found = field_rows(labels, chest_y_mm=0.0, mammography=MAMMOGRAPHY, scanner=scanner)
+    return found.assign(**JOB)
 
 
 def test_the_room_of_a_block_follows_from_similar_triangles():
@@ -42,3 +45,18 @@ def test_a_breast_may_fit_one_detector_and_not_the_other():
     ):
         require_held(found, TOMOSYNTHESIS)
     assert found.set_index("view").room_mm.isna().tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"support_to_detector_mm": 650.0}, r"xray: support_to_detector_mm = 650 is outside \[0, 650\)"),
+        ({"pixel_mm": 0.0}, r"xray: pixel_mm = 0 is outside \(0, inf\)"),
+        ({"field_mm": {"depth": 100.0}}, r"xray\.field_mm lacks width"),
+        ({"field_mm": {"depth": 100.0, "width": -1.0}}, r"xray\.field_mm: width = -1 is outside \(0, inf\)"),
+        ({"source_to_detector_mm": None}, r"xray\.source_to_detector_mm = None is of type"),
+    ],
+)
+def test_a_geometry_that_cannot_be_is_rejected(change, words):
+    with pytest.raises(ConfigurationError, match=words):
+        read(Mammography, GEOMETRY | change, "xray")

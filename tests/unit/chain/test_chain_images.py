@@ -57,7 +57,7 @@ def _chain(*, moves=True, seed=1):
 
 def test_settings_reach_registration_and_segmentation(called):
     breast = _chain()["breast"]
-    assert called["registration"] == registration.Settings(2.0, [3.0, 0.0], 7, 500)
+    assert called["registration"] == registration.Settings(2.0, (3.0, 0.0), 7, 500)
     assert (called["fixed"], called["moving"]) == (REFERENCE, IMAGE), "into the frame of the reference"
     assert called["segmentation"].trees == 9
     assert called["segmentation"].voxel_mm == 4.0

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mammosim.chain.image_chain import Acquisition
+from mammosim.chain.calcifications import SearchSettings
+from mammosim.chain.image_chain import Acquisition, Equipment, ImageChain, Tube
 from mammosim.chain.mammogram import (
     View,
     dose_in,
@@ -14,15 +15,19 @@ from mammosim.chain.mammogram import (
     tissue_materials,
     xray_phantom,
 )
-from mammosim.core.errors import XrayError
+from mammosim.chain.tomosynthesis import ScanSettings
+from mammosim.core.errors import ConfigurationError, XrayError
 from mammosim.core.labels import Label
 from mammosim.core.rng import generator
+from mammosim.core.settings import read
 from mammosim.core.volume import LabelMap, grid_around
 from mammosim.xray.spectrum import monoenergetic
 from mammosim.xray.views import mammography_geometry
 
 SPECTRUM = monoenergetic(20.0, fluence=1e5)
 MAS = 50.0
+TUBE = Tube("W", "Rh", 50.0, 28.0)
+EQUIPMENT = Equipment(TUBE, "selenium", 0.3, "siemens_prototype", 0.5)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +50,7 @@ def geometry(labels, pixel_mm):
 
 
 def view(labels, scatter=None):
-    acquisition = Acquisition(geometry(labels, 1.0), 30.0, {})
+    acquisition = Acquisition(geometry(labels, 1.0), 30.0, EQUIPMENT)
     return View(acquisition, SPECTRUM, ("quantum_noise",), scatter)
 
 
@@ -113,7 +118,7 @@ def test_scatter_comes_back_from_its_table_and_lowers_contrast(breast, scattered
     assert with_scatter["contrast_percent"] == pytest.approx(expected, rel=0.01)
 
 
-def test_scatter_of_another_field_is_refused(breast, scattered):
+def test_scatter_of_another_field_is_rejected(breast, scattered):
     cells = scatter_cells(scattered)
     with pytest.raises(XrayError, match="use the same field"):
         scatter_from(cells[cells.row < 10], geometry(breast, 1.0))
@@ -124,3 +129,41 @@ def test_a_breast_without_lesion_has_no_cnr(breast):
     healthy = LabelMap(breast.grid, values)
     with pytest.raises(XrayError, match="insert one"):
         shot(healthy, MAS, 6)
+
+
+def test_a_step_that_is_not_known_is_answered_with_those_that_are(breast):
+    with pytest.raises(ConfigurationError, match=r"no effect 'blurr' of an image; choose among: scatter"):
+        ImageChain.named(("quantum_noise", "blurr"), Acquisition(geometry(breast, 1.0), 30.0, EQUIPMENT))
+
+
+GROUPS = {
+    Tube: vars(TUBE),
+    Equipment: vars(EQUIPMENT),
+    ScanSettings: {"system": "ge", "pixel_mm": 0.5, "slice_mm": 1.0, "iterations": 3, "exposure_share": 1.0,
+                   "scatter_views": 3},
+    SearchSettings: {"count": 5, "diameter_mm": 0.13, "width_mm": 5.0, "pixel_mm": 0.085, "images": 60},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "change", "words"),
+    [
+        (Tube, {"peak_kv": "28"}, r"xray\.peak_kv = '28' is of type"),
+        (Tube, {"filter_um": 0.0}, r"xray: filter_um = 0 is outside \(0, inf\)"),
+        (Equipment, {"detector": 3}, r"xray\.detector = 3 is of type"),
+        (
+            Equipment,
+            {"focal_spot_mm": 300.0},
+            r"focal_spot_mm = 300 is outside \[0, 5\]; usual",
+        ),
+        (Equipment, {"structure_percent": -1.0}, "structure_percent = -1 is outside"),
+        (ScanSettings, {"iterations": 2.5}, r"xray\.iterations = 2\.5 is of type"),
+        (ScanSettings, {"scatter_views": 0}, "scatter_views = 0 is outside"),
+        (ScanSettings, {"slice_mm": -1.0}, r"slice_mm = -1 is outside \(0, inf\)"),
+        (SearchSettings, {"images": 0}, r"images = 0 is outside \(0, inf\)"),
+        (SearchSettings, {"balls": 3}, r"has no key 'balls'"),
+    ],
+)
+def test_settings_of_an_image_that_cannot_be_meant_are_rejected(kind, change, words):
+    with pytest.raises(ConfigurationError, match=words):
+        read(kind, GROUPS[kind] | change, "xray")

@@ -69,14 +69,14 @@ def test_what_lies_beyond_the_rim_of_the_target_is_not_drawn_back(ball):
     assert found.history[-1].facing_max_mm < 0.2
 
 
-def test_a_morph_that_would_fold_a_cell_is_refused_with_the_way_out(ball, ellipsoid):
+def test_a_morph_that_would_fold_a_cell_is_rejected_with_the_way_out(ball, ellipsoid):
     # The target has 1.15 of the ball's volume but is 0.8 as high; no map onto it keeps 0.999 everywhere.
     settings = replace(ALL_OVER, stiffness_kpa_per_mm=(100.0,), smallest_J=0.999)
     with pytest.raises(MeshError, match=r"folds .* of .* cells.*lower stiffness_kpa_per_mm"):
         morphed(ball, ellipsoid, settings=settings)
 
 
-def test_a_missing_boundary_is_refused(ball):
+def test_a_missing_boundary_is_rejected(ball):
     bare = replace(ball, boundaries={"posterior": ball.boundaries["posterior"]})
     with pytest.raises(MeshError, match="no boundary 'skin'"):
         morphed(ball, bare)
@@ -84,7 +84,7 @@ def test_a_missing_boundary_is_refused(ball):
         morphed(bare, ball)
 
 
-def test_a_folded_mesh_is_refused(ball):
+def test_a_folded_mesh_is_rejected(ball):
     folded = ball.moved_to(ball.points * [1, 1, -1])
     with pytest.raises(MeshError, match="inverted cells"):
         morphed(folded, ball)

@@ -6,11 +6,11 @@ from mammosim.chain.phantom import (
     conservation_table,
     field_box,
     field_grid,
+    material_volume,
     skin_depth,
     voxel_breast,
     with_lesion,
 )
-from mammosim.chain.quadrature import material_volume
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap, grid_around
@@ -146,7 +146,7 @@ def test_a_lesion_moves_with_the_tissue_and_keeps_its_volume_times_J(block, segm
     assert np.ptp(where[:, 2]) < np.ptp(where[:, 0]) / 2
 
 
-def test_a_lesion_outside_the_breast_is_refused(block, segmented):
+def test_a_lesion_outside_the_breast_is_rejected(block, segmented):
     mesh = block()
     grid = field_grid(mesh, *EVERYWHERE, voxel_mm=1.0)
     phantom = voxel_breast(mesh, mesh.points, segmented, grid=grid, skin_mm=1.0)
@@ -154,6 +154,6 @@ def test_a_lesion_outside_the_breast_is_refused(block, segmented):
         with_lesion(phantom, mesh, mesh.points, Lesion(np.array([90.0, 0, 0]), 4.0))
 
 
-def test_a_field_without_tissue_is_refused(block):
+def test_a_field_without_tissue_is_rejected(block):
     with pytest.raises(MeshError, match="move the X-ray field"):
         field_grid(block(), np.full(3, 100.0), np.full(3, 200.0), voxel_mm=1.0)

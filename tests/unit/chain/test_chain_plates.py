@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.chain.plates import craniocaudal_plates, plate_facts
-from mammosim.chain.view import spectrum_from, spectrum_table
+from mammosim.chain.beam import spectrum_from, spectrum_table
+from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts
 from mammosim.core.errors import MeshError
 from mammosim.study.report.bibliography import entries
 from mammosim.study.report.headlines import headlines
 from mammosim.xray.spectrum import monoenergetic
 
-PLATE_MM = {"width": 20.0, "depth": 40.0, "height": 20.0, "edge_radius": 5.0}
+PLATE_MM = PlateSize(width=20.0, depth=40.0, height=20.0, edge_radius=5.0)
 
 
 def test_plates_end_before_the_chest_and_are_level_with_the_breast(block):
@@ -40,7 +40,7 @@ def test_plates_keep_clear_of_the_skin_of_the_chest_above_and_below_the_breast(b
     assert plate_facts(plates, 16.0)["chest_y_mm"] == pytest.approx(-1.0)
 
 
-def test_plates_that_reach_no_skin_are_refused(block):
+def test_plates_that_reach_no_skin_are_rejected(block):
     with pytest.raises(MeshError, match="reduce chest_gap_mm = 50"):
         craniocaudal_plates(block(), np.array([15.0, 0, 15]), plate_mm=PLATE_MM, chest_gap_mm=50.0)
 

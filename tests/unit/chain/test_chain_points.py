@@ -79,6 +79,6 @@ def test_normals_follow_a_face_that_bends(block):
     np.testing.assert_allclose(held.normals(bent), expected, atol=1e-9)
 
 
-def test_a_mesh_without_skin_is_refused(block):
+def test_a_mesh_without_skin_is_rejected(block):
     with pytest.raises(MeshError, match="no boundary 'areola'"):
         MaterialPoints.on(block(), np.zeros((1, 3)), boundary="areola")

@@ -148,11 +148,14 @@ def test_what_is_conserved_is_told_of_the_breast_without_its_lesion(chain):
     assert np.count_nonzero(chain["phantom"].values == Label.LESION) > 0
 
 
-def test_friction_has_a_load_path_of_its_own(repository):
+def test_with_friction_only_the_standard_and_what_is_relative_to_it_need_its_load_path(repository):
     rough = small_chain(repository, also=("friction",))
-    assert "standard_path" not in rough.needs("pressed")
-    relative = rough.with_settings({"load.strategy": {"until": {"force_share": 0.5}}})
-    assert "standard_path" in relative.needs("pressed")
+    assert "standard_path" in rough.needs("pressed"), "it is pressed once"
+    for until, needed in (({"force_share": 0.5}, True), ({"thickness_share": 1.25}, False)):
+        other = rough.with_settings({"load.strategy": {"until": until}})
+        assert ("standard_path" in other.needs("pressed")) == needed
+    hinged = {"paddle": {"tilting": {"stiffness_n_mm_per_rad": 50.0}}, "until": {"thickness_share": 1.0}}
+    assert "standard_path" not in rough.with_settings({"load.strategy": hinged}).needs("pressed")
 
 
 def test_a_strategy_that_needs_no_standard_is_pressed_without_one(chain, tmp_path):

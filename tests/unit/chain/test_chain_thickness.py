@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mammosim.chain.thickness import thickness_map
+from mammosim.chain.plates import thickness_map
 from mammosim.core.errors import MeshError
 from mammosim.core.rigid import rotation
 from mammosim.mechanics.paddles import Plates
@@ -40,6 +40,6 @@ def test_the_map_turns_with_the_plates(block):
     assert np.allclose(turned.thickness_mm, 30.0)
 
 
-def test_plates_beside_the_body_are_refused(block):
+def test_plates_beside_the_body_are_rejected(block):
     with pytest.raises(MeshError, match="no tissue lies between the plates"):
         thickness_map(block(), plates([200.0, 0, 0], [10.0, 10, 5]))

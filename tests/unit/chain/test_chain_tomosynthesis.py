@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mammosim.chain.image_chain import Equipment, Tube
 from mammosim.chain.mammogram import tissue_materials
 from mammosim.chain.tomosynthesis import Arc, Masks, ScatterAt, between, lesion_alone, slices_grid
 from mammosim.core.errors import XrayError
@@ -17,6 +18,7 @@ from mammosim.xray.spectrum import monoenergetic
 from mammosim.xray.systems import system_named
 
 X, Y, _ = np.eye(3)
+EQUIPMENT = Equipment(Tube("W", "Rh", 50.0, 28.0), "selenium", 0.3, "siemens_prototype", 0.5)
 SPECTRUM = monoenergetic(20.0, fluence=1e6, distance_mm=650.0)
 
 
@@ -32,7 +34,7 @@ def breast(lesion_mm: float = 0.0) -> LabelMap:
 def arc(labels: LabelMap, effects: tuple[str, ...]) -> Arc:
     """Nine views over 25 degrees on pixels of 2 mm."""
     return Arc.of(
-        labels, system_named("ge"), SPECTRUM, chest_y_mm=0.0, pixel_mm=2.0, settings={}, effects=effects
+        labels, system_named("ge"), SPECTRUM, chest_y_mm=0.0, pixel_mm=2.0, equipment=EQUIPMENT, steps=effects
     )
 
 
@@ -73,7 +75,9 @@ def test_without_effects_the_integrals_are_attenuation_times_length():
 def test_scatter_lowers_what_is_measured():
     labels = breast(10.0)
     scan = arc(labels, ())
-    coarse = Arc.of(labels, scan.system, SPECTRUM, chest_y_mm=0.0, pixel_mm=20.0, settings={}, effects=())
+    coarse = Arc.of(
+        labels, scan.system, SPECTRUM, chest_y_mm=0.0, pixel_mm=20.0, equipment=EQUIPMENT, steps=()
+    )
     known = coarse.scattered(labels, 1, relative_error=0.2, seed=3)
     clean, hazy = (scan.integrals(labels, mas=9.0, scatter=s, rng=generator(1)) for s in ((), known))
     for a, b in zip(clean, hazy):

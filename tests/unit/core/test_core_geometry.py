@@ -76,7 +76,7 @@ def test_faces_point_outward_with_their_own_mid_edge_nodes(tetrahedron):
         np.testing.assert_allclose([ab, bc, ca], [(a + b) / 2, (b + c) / 2, (c + a) / 2])
 
 
-def test_a_linear_tetrahedron_is_refused(tetrahedron):
+def test_a_linear_tetrahedron_is_rejected(tetrahedron):
     with pytest.raises(ValueError, match="quadratic tetrahedra"):
         TetMesh(tetrahedron, np.array([[0, 1, 2, 3]]), np.array([1]))
 
@@ -95,6 +95,6 @@ def test_a_cell_without_shares_is_wholly_of_its_tissue(tetrahedron):
         ([0.0, 0.7, 0.3, 0, 0, 0, 0, 0], "tissue must be the label of the largest share"),
     ],
 )
-def test_shares_that_cannot_be_are_refused(tetrahedron, shares, words):
+def test_shares_that_cannot_be_are_rejected(tetrahedron, shares, words):
     with pytest.raises(ValueError, match=words):
         TetMesh(tetrahedron, np.arange(10)[None], np.array([Label.GLANDULAR]), shares=np.array([shares]))

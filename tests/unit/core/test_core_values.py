@@ -27,7 +27,7 @@ def test_moduli_follow_from_youngs_modulus_and_poissons_ratio():
         ((1.0, 0.45, -1.0), "negative"),
     ],
 )
-def test_an_impossible_tissue_is_refused(values, words):
+def test_an_impossible_tissue_is_rejected(values, words):
     with pytest.raises(MechanicsError, match=words):
         Tissue(*values)
 
@@ -42,7 +42,7 @@ def test_gravity_is_a_unit_vector_in_every_position():
         assert np.linalg.norm(gravity_direction(position)) == pytest.approx(1)
 
 
-def test_an_unknown_position_is_refused():
+def test_an_unknown_position_is_rejected():
     with pytest.raises(ConfigurationError, match="unknown position 'sitting'; choose one of: prone"):
         gravity_direction("sitting")
 

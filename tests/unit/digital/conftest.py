@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from mammosim.digital.anatomy import Anatomy, make_anatomy
+from mammosim.digital.patient import VirtualPatient
 
 
 @pytest.fixture(scope="session")
@@ -15,9 +16,15 @@ def women(repository: Path) -> dict:
 
 
 @pytest.fixture(scope="session")
-def anatomies(women: dict) -> dict[str, Anatomy]:
+def patients(women: dict) -> dict[str, VirtualPatient]:
+    """Each volunteer as a virtual patient."""
+    return {name: VirtualPatient.read(values) for name, values in women.items()}
+
+
+@pytest.fixture(scope="session")
+def anatomies(patients: dict) -> dict[str, Anatomy]:
     """The anatomy of each volunteer."""
-    return {name: make_anatomy(parameters) for name, parameters in women.items()}
+    return {name: make_anatomy(patient) for name, patient in patients.items()}
 
 
 @pytest.fixture(scope="session", params=["small", "large"])

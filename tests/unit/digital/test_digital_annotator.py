@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from mammosim.core.errors import SegmentationError
+from mammosim.core.errors import ConfigurationError, SegmentationError
 from mammosim.core.labels import Label
 from mammosim.core.rigid import IDENTITY
+from mammosim.core.settings import read
 from mammosim.core.volume import grid_around
-from mammosim.digital.annotator import PAINTED, clicked, strokes
+from mammosim.digital.annotator import PAINTED, Painting, clicked, strokes
 from mammosim.digital.body import AtRest
 from mammosim.digital.signal import Scan, marker_centres, truth_labels
 
@@ -34,7 +35,7 @@ def truth(body):
 
 
 def paint(truth, z_mm=(-10.0, 0.0, 10.0), stream=(1, "small")):
-    return strokes(truth, z_mm, per_tissue=3, steps=10, stream=stream)
+    return strokes(truth, Painting(tuple(z_mm), per_tissue=3, steps=10), stream=stream)
 
 
 def test_every_stroke_stays_in_the_tissue_it_names(truth):
@@ -56,7 +57,7 @@ def test_strokes_are_the_same_each_time(truth):
     assert not paint(truth).equals(paint(truth, stream=(1, "large")))
 
 
-def test_slices_without_breast_are_refused(truth):
+def test_slices_without_breast_are_rejected(truth):
     air = truth.__class__(truth.grid, np.where(truth.values == Label.GLANDULAR, 1, truth.values))
     with pytest.raises(SegmentationError, match="glandular"):
         paint(air)
@@ -70,3 +71,17 @@ def test_clicks_miss_by_a_normal_error(body):
     ).ravel()
     # n normal errors: their variance has relative standard error sqrt(2 / n).
     assert abs((errors**2).mean() / 0.25 - 1) < 4 * np.sqrt(2 / errors.size)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"z_mm": []}, "strokes: z_mm names no slice"),
+        ({"steps": 0}, r"strokes: steps = 0 is outside \(0, inf\)"),
+        ({"per_tissue": 2.5}, r"strokes\.per_tissue = 2\.5 is of type"),
+        ({"z_mm": ["top"]}, r"strokes\.z_mm\[0\] = 'top' is of type"),
+    ],
+)
+def test_settings_that_paint_nothing_are_rejected(change, words):
+    with pytest.raises(ConfigurationError, match=words):
+        read(Painting, {"z_mm": [0.0], "per_tissue": 3, "steps": 12} | change, "strokes")

@@ -8,9 +8,8 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rigid import RigidTransform, rotation
 from mammosim.core.volume import grid_around
-from mammosim.digital.body import AtRest, Loaded
+from mammosim.digital.body import AtRest, Loaded, skin_map
 from mammosim.digital.loading import truth_mesh
-from mammosim.digital.skin_map import skin_map
 
 MOVED = RigidTransform(rotation(np.array([2.0, -1.0, 3.0])), np.array([3.0, -2.0, 5.0]))
 
@@ -115,7 +114,7 @@ def test_skin_meets_air_and_all_other_faces_are_held(anatomies, mesh):
     skin = mesh.points[mesh.boundaries["skin"]].mean(axis=1)
     # Chords of 20 mm facets on a radius of 100 mm: 20^2 / (8 * 100) = 0.5 mm; the nipple's tip is not meshed.
     assert np.quantile(np.abs(anatomy.outer_field(skin)), 0.95) < 1.0
-    assert (anatomy.rib_distance(skin) > anatomy.build.chest.muscle_mm).all()
+    assert (anatomy.rib_distance(skin) > anatomy.patient.chest.muscle_mm).all()
     # Together they close the body: the area vectors of a closed surface sum to zero.
     corners = np.concatenate([mesh.points[faces[:, :3]] for faces in mesh.boundaries.values()])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

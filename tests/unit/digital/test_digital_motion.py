@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.positions import gravity_direction
-from mammosim.digital.motion import gravity_in_body, motion
+from mammosim.digital.loading import gravity_in_body, motion
 
 POSITIONS = ("prone", "supine", "supine_tilted")
 

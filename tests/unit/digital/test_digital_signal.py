@@ -4,15 +4,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import IDENTITY, RigidTransform, rotation
+from mammosim.core.settings import read
 from mammosim.core.volume import Grid, grid_around
 from mammosim.digital import signal
 from mammosim.digital.body import AtRest
-from mammosim.digital.signal import Scan, finer, marker_centres, render, signals, truth_labels
+from mammosim.digital.signal import Scan, ScanSettings, finer, marker_centres, render, signals, truth_labels
 
 SCAN = Scan(
     echo_time_ms=70.0,
@@ -130,6 +132,36 @@ def test_full_resolution_is_drawn_slab_by_slab(anatomies):
 @pytest.mark.parametrize(
     ("name", "value"), [("bias", 15.0), ("noise", -0.1), ("subsamples", 0), ("marker_mm", 0)]
 )
-def test_an_impossible_scan_is_refused_by_name(name, value):
+def test_an_impossible_scan_is_rejected_by_name(name, value):
     with pytest.raises(ConfigurationError, match=name):
         replace(SCAN, **{name: value})
+
+
+@pytest.fixture
+def configured(repository):
+    return yaml.safe_load((repository / "config/default.yaml").read_text())["digital"]["scan"]
+
+
+def test_a_configured_scan_has_its_voxels_and_its_shares(configured):
+    settings = read(ScanSettings, configured, "scan")
+    assert settings.scan.noise == configured["noise_percent"] / 100
+    low, high = settings.grid.points(np.array([[-0.5] * 3, np.array(settings.grid.shape) - 0.5]))
+    np.testing.assert_allclose((low[0], high[0]), configured["field_of_view_mm"]["x"])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"spacing_mm": [2.0, 2.0]}, r"scan\.spacing_mm has 2 values; write 3"),
+        ({"spacing_mm": [2.0, 0.0, 2.0]}, r"scan: spacing_mm .* must be above 0"),
+        (
+            {"field_of_view_mm": {"x": [-1, 1], "y": [5, -5], "z": [0, 1]}},
+            "y from 5 to -5 mm: give the lowest",
+        ),
+        ({"subvoxels": 2.0}, r"scan\.subvoxels = 2\.0 is of type"),
+        ({"fat": 600.0}, r"has no key 'fat'"),
+    ],
+)
+def test_a_scan_that_cannot_be_configured_is_rejected(configured, change, words):
+    with pytest.raises(ConfigurationError, match=words):
+        read(ScanSettings, configured | change, "scan")

@@ -117,12 +117,12 @@ def _sheared(k: int, dataset: pydicom.Dataset) -> None:
         (_sheared, r"shifted by 0\.500 mm in its plane, the limit is 0\.01 mm"),
     ],
 )
-def test_a_series_that_is_no_volume_is_refused(tmp_path: Path, change: Change, message: str) -> None:
+def test_a_series_that_is_no_volume_is_rejected(tmp_path: Path, change: Change, message: str) -> None:
     with pytest.raises(ImageError, match=message):
         read_series(_write(tmp_path, change))
 
 
-def test_a_missing_slice_is_refused_with_its_place(tmp_path: Path) -> None:
+def test_a_missing_slice_is_rejected_with_its_place(tmp_path: Path) -> None:
     normal = GRID.direction[:, 2]
     below, above = (GRID.points(np.array([[k, 0, 0]]))[0] @ normal for k in (2, 4))
     message = (
@@ -132,7 +132,7 @@ def test_a_missing_slice_is_refused_with_its_place(tmp_path: Path) -> None:
         read_series(_write(tmp_path, slices=(0, 1, 2, 4, 5)))
 
 
-def test_a_folder_without_dicom_is_refused(tmp_path: Path) -> None:
+def test_a_folder_without_dicom_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "readme.txt").write_text("no DICOM here")
     with pytest.raises(ImageError, match=r"has 0 DICOM slices.*at least 2"):
         read_series(tmp_path)
@@ -167,7 +167,7 @@ def test_a_real_coronal_series_has_the_spacing_of_its_positions(tmp_path: Path) 
 
 
 @pytest.mark.data
-def test_a_real_series_without_one_slice_is_refused(tmp_path: Path) -> None:
+def test_a_real_series_without_one_slice_is_rejected(tmp_path: Path) -> None:
     folder = _unzip("haste_torso_dicom.zip", tmp_path)
     sorted(folder.rglob("*.dcm"))[12].unlink()
     with pytest.raises(ImageError, match=r"lacks a slice: between .* the distance is 17\.500 mm"):

@@ -84,12 +84,12 @@ def test_the_position_is_in_the_tags(tmp_path, position, code):
     assert (dataset.EchoTime, dataset.RepetitionTime, dataset.SpacingBetweenSlices) == (70, 4500, 0.6)
 
 
-def test_a_position_that_no_scanner_takes_is_refused(tmp_path):
+def test_a_position_that_no_scanner_takes_is_rejected(tmp_path):
     with pytest.raises(ConfigurationError, match="upright"):
         write(tmp_path / "series", position="upright")
 
 
-def test_intensities_beyond_16_bits_are_refused_and_the_earlier_series_stays(tmp_path):
+def test_intensities_beyond_16_bits_are_rejected_and_the_earlier_series_stays(tmp_path):
     folder = write(tmp_path / "series")
     with pytest.raises(ImageError, match="65535"):
         write(folder, replace(IMAGE, values=IMAGE.values * 100))

@@ -47,20 +47,20 @@ def test_slicer_ras_becomes_lps(tmp_path: Path) -> None:
         ("name,kind,x_mm,y_mm,z_mm\na,chest,1,2,3\na,chest,1,2,4\n", "unique"),
     ],
 )
-def test_a_faulty_list_is_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_a_faulty_list_is_rejected(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "list.csv").write_text(text)
     with pytest.raises(FiducialError, match=message):
         read_fiducials(tmp_path / "list.csv")
 
 
-def test_a_name_without_a_kind_is_refused(tmp_path: Path) -> None:
+def test_a_name_without_a_kind_is_rejected(tmp_path: Path) -> None:
     point = {"label": "F-1", "position": [1, 2, 3]}
     (tmp_path / "f.mrk.json").write_text(json.dumps({"markups": [{"controlPoints": [point]}]}))
     with pytest.raises(FiducialError, match=r"'F-1' begins with no kind; name the points chest_1"):
         read_fiducials(tmp_path / "f.mrk.json")
 
 
-def test_an_unknown_format_or_absent_list_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_format_or_absent_list_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "list.txt").write_text("")
     with pytest.raises(FiducialError, match=r"unknown format '\.txt'; choose one of"):
         read_fiducials(tmp_path / "list.txt")

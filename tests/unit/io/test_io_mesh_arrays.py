@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.errors import MeshError
-from mammosim.io.mesh_arrays import read_mesh_arrays, write_mesh_arrays
+from mammosim.io.meshes import read_mesh_arrays, write_mesh_arrays
 from mammosim.meshing.shapes import box
 
 
@@ -25,13 +25,13 @@ def test_a_mesh_comes_back_as_it_was(tmp_path):
         np.testing.assert_array_equal(was, now)
 
 
-def test_a_file_without_cells_is_refused(tmp_path):
+def test_a_file_without_cells_is_rejected(tmp_path):
     np.savez(tmp_path / "mesh.npz", points=np.zeros((4, 3)), tissue=np.zeros(1))
     with pytest.raises(MeshError, match="lacks cells"):
         read_mesh_arrays(tmp_path / "mesh.npz")
 
 
-def test_cells_of_several_tissues_are_refused(tmp_path):
+def test_cells_of_several_tissues_are_rejected(tmp_path):
     mesh = box((1, 1, 2), (10, 10, 20))
     with pytest.raises(MeshError, match="cells of several tissues have no place in plain arrays"):
         write_mesh_arrays(replace(mesh, shares=mesh.composition), tmp_path / "mesh.npz")

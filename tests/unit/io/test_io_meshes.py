@@ -85,7 +85,7 @@ def test_an_unknown_boundary_or_field_is_named_with_the_choices(mesh: TetMesh, t
         read_cell_data(tmp_path / "m.vtu", "J")
 
 
-def test_a_file_without_quadratic_tetrahedra_is_refused(tmp_path: Path) -> None:
+def test_a_file_without_quadratic_tetrahedra_is_rejected(tmp_path: Path) -> None:
     meshio.Mesh(CORNERS, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "linear.vtu")
     with pytest.raises(MeshError, match="no quadratic tetrahedra"):
         read_mesh(tmp_path / "linear.vtu")

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mammosim.io.problems import write_problem
-from mammosim.io.programs import found_by
+from mammosim.io.programs import found_by, write_problem
 
 ADAPTER = """
 import json, os, sys

@@ -34,7 +34,7 @@ def test_numpy_values_are_written_as_plain_ones(tmp_path: Path) -> None:
     assert read_json(tmp_path / "v.json") == {"n": 3, "x": 0.1, "v": [0, 1]}
 
 
-def test_nan_is_refused_and_the_earlier_file_stays(tmp_path: Path) -> None:
+def test_nan_is_rejected_and_the_earlier_file_stays(tmp_path: Path) -> None:
     write_json({"x": 1}, tmp_path / "v.json")
     with pytest.raises(ValueError, match="not JSON compliant"):
         write_json({"x": float("nan")}, tmp_path / "v.json")

@@ -35,7 +35,7 @@ class Problem:
 
     @classmethod
     def read(cls, mesh: str, case: str) -> "Problem":
-        """The problem of a mesh written by mammosim.io.mesh_arrays."""
+        """The problem of a mesh written by mammosim.io.meshes."""
         with open(case) as file:
             values = json.load(file)
         with np.load(mesh) as arrays:

@@ -27,7 +27,7 @@ class Problem:
 
     @classmethod
     def read(cls, problem: str, case: str) -> "Problem":
-        """The problem of a file written by mammosim.io.problems."""
+        """The problem of a file written by mammosim.io.programs."""
         with open(case) as file:
             settings = json.load(file)
         with np.load(problem) as file:

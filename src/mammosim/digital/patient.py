@@ -1,12 +1,13 @@
-"""How a digital volunteer is built: the chosen parameters, each with its unit and its limits."""
+"""A virtual patient: the chosen or sampled parameters of her body, each with its unit and its limits."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from mammosim.core.errors import ConfigurationError
+from mammosim.core.settings import read, require_positive, require_within
+from mammosim.mechanics.body import Ligaments
 
-MADE_OF = ("moduli_kpa", "ligaments")  # parameters of a woman that are not of her build
+IN_CM = "a length in cm? multiply by 10"
 
 
 @dataclass(frozen=True)
@@ -92,41 +93,54 @@ class SkinLayer:
 
 
 @dataclass(frozen=True)
-class Build:
-    """One digital volunteer; seed names the random streams of her gland, skin and lungs."""
+class SideModuli:
+    """Young's moduli of one side, kPa."""
+
+    adipose: float
+    glandular: float
+    skin: float
+    muscle: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "adipose", "glandular", "skin", "muscle")
+
+
+@dataclass(frozen=True)
+class Moduli:
+    """Young's moduli of either side."""
+
+    left: SideModuli
+    right: SideModuli
+
+    def of(self, side: str) -> SideModuli:
+        """Those of `left` or `right`."""
+        return {"left": self.left, "right": self.right}[side]
+
+
+@dataclass(frozen=True)
+class VirtualPatient:
+    """One virtual patient; seed names the random streams of her gland, skin and lungs.
+
+    moduli_kpa: her own, None where she has those that all have; ligaments: None where she has none.
+    """
 
     chest: Chest
     breast: Breast
     gland: Gland
     skin: SkinLayer
     seed: int
+    moduli_kpa: Moduli | None = None
+    ligaments: Ligaments | None = None
 
     @classmethod
-    def from_parameters(cls, parameters: Mapping[str, Any]) -> "Build":
-        """From nested plain values {chest: {...}, breast: {...}, gland: {...}, skin: {...}, seed: n}.
+    def read(cls, values: Mapping[str, Any], *, at: str = "virtual patient") -> "VirtualPatient":
+        """Of nested plain values with the names of the fields; at: what an error calls them."""
+        return read(cls, values, at)
 
-        What she is made of may stand beside them, see constitution.Constitution.
-        Raises ConfigurationError for a missing, misspelt or out-of-range parameter.
-        """
-        parts = {"chest": Chest, "breast": Breast, "gland": Gland, "skin": SkinLayer}
-        _require_keys("volunteer", {name for name in parameters if name not in MADE_OF}, {*parts, "seed"})
-        for name, part in parts.items():
-            _require_keys(name, parameters[name], {field.name for field in fields(part)})
-        return cls(
-            **{name: part(**parameters[name]) for name, part in parts.items()}, seed=int(parameters["seed"])
-        )
+    def values(self) -> dict[str, Any]:
+        """The nested plain values that `read` takes, without what she does not have."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 def _within(name: str, value: float, low: float, high: float) -> None:
-    if not low <= value <= high:
-        raise ConfigurationError(
-            f"{name} = {value:g} is outside [{low:g}, {high:g}]; a length in cm? multiply by 10"
-        )
-
-
-def _require_keys(name: str, given: Iterable[str], wanted: set[str]) -> None:
-    if set(given) != wanted:
-        raise ConfigurationError(
-            f"{name}: missing {sorted(wanted - set(given))}, unknown {sorted(set(given) - wanted)}; "
-            f"give exactly: {', '.join(sorted(wanted))}"
-        )
+    require_within(name, value, low, high, IN_CM)
