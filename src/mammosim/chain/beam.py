@@ -14,10 +14,9 @@ from mammosim.chain.phantom import healthy
 from mammosim.chain.view import craniocaudal, spectrum_from, spectrum_table
 from mammosim.core.units import UGY_PER_MGY
 from mammosim.io.tables import read_json, read_table, write_json, write_table
-from mammosim.xray.exposure import automatic_mas
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.projector import path_lengths, primary
-from mammosim.xray.quality import Paddle, in_the_way
+from mammosim.xray.quality import Paddle, automatic_mas, in_the_way
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.tube import tube_spectrum
 
