@@ -18,8 +18,8 @@ from mammosim.xray.report195 import (
     regions_of_report,
 )
 from mammosim.xray.spectrum import monoenergetic, value_layer
-from mammosim.xray.tallies import Tallies
 from mammosim.xray.tally_request import EnergyIn, results
+from mammosim.xray.tally_result import Tallies
 from mammosim.xray.transport import Accuracy, transport
 from mammosim.xray.verification import judged, report195_rows
 

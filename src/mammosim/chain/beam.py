@@ -18,11 +18,10 @@ from mammosim.core.settings import looked_up, read, require_positive
 from mammosim.core.units import UGY_PER_MGY
 from mammosim.core.volume import LabelMap
 from mammosim.io.tables import read_json, read_table, write_json, write_table
-from mammosim.xray.exposure import automatic_mas
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.placement import Outline, Room
 from mammosim.xray.projector import path_lengths, primary
-from mammosim.xray.quality import Paddle, in_the_way
+from mammosim.xray.quality import Paddle, automatic_mas, in_the_way
 from mammosim.xray.spectrum import Spectrum
 from mammosim.xray.systems import system_named
 from mammosim.xray.tube import tube_spectrum

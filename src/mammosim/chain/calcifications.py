@@ -17,9 +17,9 @@ from mammosim.core.labels import Label
 from mammosim.core.settings import require_positive
 from mammosim.core.volume import LabelMap
 from mammosim.xray.attenuation import Material, linear_attenuation, material
-from mammosim.xray.detectability import Detectability, detectability, expected_d
 from mammosim.xray.detector import expose, template_sum
 from mammosim.xray.geometry import Detector, Geometry
+from mammosim.xray.observer import Detectability, detectability, expected_d
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import Primary, path_lengths, primary
 from mammosim.xray.response import Response

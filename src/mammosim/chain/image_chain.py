@@ -5,17 +5,9 @@ from dataclasses import dataclass
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import require_positive, require_within
+from mammosim.xray.equipment import blur_of, electronic_noise_of, grid_of, heel, structure_of
 from mammosim.xray.geometry import Geometry
-from mammosim.xray.heel import heel
-from mammosim.xray.imaging_steps import (
-    FocalSpot,
-    ImagingStep,
-    QuantumNoise,
-    blur_of,
-    electronic_noise_of,
-    grid_of,
-    structure_of,
-)
+from mammosim.xray.imaging_steps import FocalSpot, ImagingStep, QuantumNoise
 from mammosim.xray.response import Response, response_of
 
 

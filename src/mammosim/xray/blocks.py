@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.tallies import Estimate, Sums
+from mammosim.xray.tally_result import Estimate, Sums
 
 log = logging.getLogger(__name__)
 FEWEST_BLOCKS = 32  # below, the standard error itself is uncertain by more than 1/sqrt(2 * 31) = 13 percent

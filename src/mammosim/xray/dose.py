@@ -14,7 +14,7 @@ from mammosim.xray.attenuation import Material
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.tallies import Estimate
+from mammosim.xray.tally_result import Estimate
 
 PROTOCOL = "this breast, heterogeneous, Monte Carlo"
 

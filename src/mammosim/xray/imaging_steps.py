@@ -19,8 +19,6 @@ from scipy.stats import poisson
 
 from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
-from mammosim.io.tabulated import tabulated
-from mammosim.xray.response import detector_row
 
 FWHM_PER_SIGMA = 2 * np.sqrt(2 * np.log(2))
 FEW = (
@@ -87,7 +85,7 @@ class DetectorStep(ImagingStep, Protocol):
 
 @dataclass(frozen=True)
 class Heel:
-    """The anode's own absorption: the primary of each pixel times factor (nv, nu), see xray.heel."""
+    """The anode's own absorption: the primary of each pixel times factor (nv, nu), see xray.equipment."""
 
     stage: ClassVar[int] = 0
     factor: np.ndarray
@@ -144,14 +142,6 @@ class Grid:
         return replace(
             shot, primary=shot.primary.times(self.primary), scatter=shot.scatter.times(self.scatter)
         )
-
-
-def grid_of(name: str) -> Grid:
-    """A grid of the table `grids`. Raises XrayError when it has no such grid."""
-    rows = {row["grid"]: row for row in tabulated("grids").to_dict("records")}
-    if name not in rows:
-        raise XrayError(f"unknown grid {name!r}; choose one of: {', '.join(rows)}")
-    return Grid(rows[name]["primary"], rows[name]["scatter"])
 
 
 @dataclass(frozen=True)
@@ -260,31 +250,6 @@ class ElectronicNoise:
 
     def back(self, w: np.ndarray, shot: Shot) -> tuple[np.ndarray, float]:
         return w, float(self.kev**2 * np.sum(w**2))
-
-
-def blur_of(detector: str) -> Blur:
-    """The blur of a detector of the table `image_detectors`."""
-    row = detector_row(detector)
-    return Blur(row["blur"], row["blur_per_mm"])
-
-
-def structure_of(detector: str, share: float, pixel_mm: float, seed: int) -> Structure:
-    """Gains that differ by `share` between a detector's own pixels, on pixels that are several of them."""
-    # ASSUME: the gains of a detector's own pixels are independent.
-    return Structure(share * detector_row(detector)["own_pixel_mm"] / pixel_mm, seed)
-
-
-def electronic_noise_of(detector: str, pixel_mm: float) -> ElectronicNoise:
-    """The electronic noise of a detector of the table `image_detectors`, on pixels of pixel_mm.
-
-    Raises XrayError when the table has none for it.
-    """
-    # ASSUME: a larger pixel is several of the detector's own, whose electronic noises are independent.
-    row = detector_row(detector)
-    if not row["electronic_noise_electrons"]:
-        raise XrayError(f"the electronic noise of {detector!r} is not known; leave this step out")
-    kev = row["electronic_noise_electrons"] * row["ev_per_electron"] / 1e3
-    return ElectronicNoise(kev * pixel_mm / row["own_pixel_mm"])
 
 
 def after(steps: Iterable[ImagingStep], shot: Shot) -> Shot:

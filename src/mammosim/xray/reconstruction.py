@@ -16,8 +16,7 @@ import numpy as np
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import Grid, Image
 from mammosim.xray.geometry import Geometry
-from mammosim.xray.laminography import PARALLEL, View, seen_flat, view_of
-from mammosim.xray.slabs import add_sums, add_transposed
+from mammosim.xray.laminography import PARALLEL, View, add_sums, add_transposed, seen_flat, view_of
 
 LEAST_SLICES = 1e-3  # rays that cross less of the slices say nothing about them
 GOLDEN = 0.6180339887498949

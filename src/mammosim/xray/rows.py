@@ -9,6 +9,7 @@ share of ta..tb that ray n spends beyond X is
 
 a step along the row, but for the few rays that cross X between ta and tb. The steps are added as differences
 along n and summed once per row: the cost is the number of changes of material, not rays times voxels.
+What passes along the rays is summed over many energies at once, sum_E w exp(-sum_m mu_m(E) L_m).
 """
 
 import math
@@ -17,10 +18,131 @@ from typing import NamedTuple
 import numpy as np
 
 from mammosim.io.compiled import njit, prange
-from mammosim.xray.beer_lambert import passed
-from mammosim.xray.lines import Lines
+from mammosim.xray.phantom import Phantom
 
+LOG2_E = 1.4426950408889634
+LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10  # their sum is ln 2
+ROUNDING = 1.5 * 2.0**52  # a number plus this is rounded, with its integer in the lowest bits
+DEEPEST = 690.0  # exp(-690) = 1e-300, the smallest that is told from zero
+# 1/k! of the series of exp(r), |r| <= ln(2)/2: the first term left out is 2e-16
+C = tuple(1.0 / float(np.prod(np.arange(1.0, k + 1))) for k in range(13))
 NO_T = 1e-12  # of the way; stands for t = 0 in p/t
+
+
+class Lines(NamedTuple):
+    """Where the material changes along each line of voxels, and the grid of the lines.
+
+    first: (n_line + 1,) the changes of line j + k ny are first[line] to first[line + 1].
+    face: (n_change,) X in mm; after: (n_change,) uint8 material beyond it.
+    low, spacing: (3,) mm of the grid in (x, y, z); ny, nz: lines along y and z.
+    """
+
+    first: np.ndarray
+    face: np.ndarray
+    after: np.ndarray
+    low: np.ndarray
+    spacing: np.ndarray
+    ny: int
+    nz: int
+
+
+def lines_along(phantom: Phantom, axis: int) -> Lines:
+    """The lines of a phantom along one axis (0, 1, 2), which is called x here; y, z are the others."""
+    others = [a for a in range(3) if a != axis]
+    order = (axis, *others)
+    index = np.ascontiguousarray(phantom.index.transpose([2 - a for a in order[::-1]]))
+    low, spacing = phantom.low[list(order)], phantom.grid.spacing[list(order)]
+    lines = index.reshape(-1, index.shape[2])
+    first = np.concatenate([[0], np.cumsum(_changes(lines))])
+    place, after = _filled(lines, first)
+    return Lines(first, low[0] + spacing[0] * place, after, low, spacing, index.shape[1], index.shape[0])
+
+
+def no_lines() -> Lines:
+    """A grid of air only."""
+    return Lines(np.zeros(2, np.int64), np.zeros(0), np.zeros(0, np.uint8), -np.ones(3), np.ones(3), 1, 1)
+
+
+@njit(cache=True)
+def _changes(lines: np.ndarray) -> np.ndarray:
+    """Changes of material (n_line,) along lines (n_line, nx), from air and to air at the ends."""
+    n_line, nx = lines.shape
+    changes = np.zeros(n_line, np.int64)
+    for line in range(n_line):
+        found = 0
+        for i in range(1, nx):
+            found += lines[line, i] != lines[line, i - 1]
+        changes[line] = found + (lines[line, 0] != 0) + (lines[line, nx - 1] != 0)
+    return changes
+
+
+@njit(cache=True)
+def _filled(lines: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Faces (n_change,), counted from the lower end of the line, and the material (n_change,) beyond each."""
+    n_line, nx = lines.shape
+    place, after = np.empty(first[-1], np.int64), np.empty(first[-1], np.uint8)
+    for line in range(n_line):
+        at = first[line]
+        if at == first[line + 1]:
+            continue
+        before = 0
+        for i in range(nx):
+            if lines[line, i] != before:
+                before = lines[line, i]
+                place[at], after[at] = i, before
+                at += 1
+        if before != 0:
+            place[at], after[at] = nx, 0
+    return place, after
+
+
+@njit(cache=True)
+def passed(
+    lengths: np.ndarray, mu: np.ndarray, weights: np.ndarray, into: np.ndarray, work: np.ndarray
+) -> None:
+    """Adds to into (n_weight, n_ray) what passes; lengths (n_material, n_ray) mm, mu (n_material, n_energy).
+
+    weights (n_weight, n_energy); work (2, n_ray) is overwritten.
+    The exponential is exp(-x) = 2^n exp(r), written as plain loops over rays that compile to vectors.
+    """
+    n_material, n_energy = mu.shape
+    n_ray = lengths.shape[1]
+    x, power = work[0], work[1]
+    bits = power.view(np.int64)
+    for e in range(n_energy):
+        mu_e = mu[0, e]
+        for i in range(n_ray):
+            x[i] = mu_e * lengths[0, i]
+        for m in range(1, n_material):
+            mu_e = mu[m, e]
+            for i in range(n_ray):
+                x[i] += mu_e * lengths[m, i]
+        for i in range(n_ray):
+            y = -min(x[i], DEEPEST)
+            power[i] = y * LOG2_E + ROUNDING
+            n = power[i] - ROUNDING
+            r = (y - n * LN2_HIGH) - n * LN2_LOW
+            s = C[12]
+            s = s * r + C[11]
+            s = s * r + C[10]
+            s = s * r + C[9]
+            s = s * r + C[8]
+            s = s * r + C[7]
+            s = s * r + C[6]
+            s = s * r + C[5]
+            s = s * r + C[4]
+            s = s * r + C[3]
+            s = s * r + C[2]
+            s = s * r + 1.0
+            x[i] = s * r + 1.0
+        for i in range(n_ray):
+            bits[i] = (bits[i] + 1023) << 52  # the bits of 2^n
+        for i in range(n_ray):
+            x[i] *= power[i]
+        for w in range(len(weights)):
+            weight = weights[w, e]
+            for i in range(n_ray):
+                into[w, i] += weight * x[i]
 
 
 class Rows(NamedTuple):

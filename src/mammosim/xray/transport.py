@@ -10,7 +10,7 @@ from mammosim.xray.exposure_setup import ExposureSetup
 from mammosim.xray.geometry import Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.tallies import Estimate, Tallies, tallies
+from mammosim.xray.tally_result import Estimate, Tallies, tallies
 from mammosim.xray.tracking import track_block
 
 

@@ -22,8 +22,8 @@ from mammosim.io.missing import write_missing
 from mammosim.io.tables import read_json, read_table
 from mammosim.meshing.raster import rasterise
 from mammosim.xray.dose import GlandularDose
-from mammosim.xray.exposure import automatic_mas
 from mammosim.xray.projector import path_lengths, primary
+from mammosim.xray.quality import automatic_mas
 
 PLACES = {
     **{"v": "woman", "p": "prone", "side": "left", "method": "anderson", "strategy": "standard"},

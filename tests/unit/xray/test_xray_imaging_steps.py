@@ -7,8 +7,8 @@ from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
 from mammosim.xray.attenuation import linear_attenuation, material
 from mammosim.xray.detector import Scatter, expose, template_sum
+from mammosim.xray.equipment import blur_of, electronic_noise_of, grid_of, heel, structure_of
 from mammosim.xray.geometry import Detector, Geometry
-from mammosim.xray.heel import heel
 from mammosim.xray.imaging_steps import (
     Blur,
     ElectronicNoise,
@@ -17,11 +17,7 @@ from mammosim.xray.imaging_steps import (
     Heel,
     QuantumNoise,
     Structure,
-    blur_of,
-    electronic_noise_of,
-    grid_of,
     poisson_at,
-    structure_of,
 )
 from mammosim.xray.measured import Curve, edge_transfer, noise_power
 from mammosim.xray.projector import Primary

@@ -5,13 +5,12 @@ import pytest
 
 from mammosim.core.rng import generator
 from mammosim.core.volume import grid_around
-from mammosim.xray.aligned import aligned_rows
 from mammosim.xray.attenuation import linear_attenuation, material
-from mammosim.xray.beer_lambert import passed
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
-from mammosim.xray.projector import path_lengths, primary
+from mammosim.xray.projector import aligned_rows, path_lengths, primary
 from mammosim.xray.response import Response
+from mammosim.xray.rows import passed
 from mammosim.xray.siddon import lengths_to
 from mammosim.xray.spectrum import Spectrum, monoenergetic
 

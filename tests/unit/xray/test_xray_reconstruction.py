@@ -11,8 +11,8 @@ from mammosim.core.volume import Grid, Image, grid_around
 from mammosim.xray.attenuation import material
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.laminography import seen_flat, view_of
+from mammosim.xray.measured import point_spread_widths
 from mammosim.xray.phantom import Phantom
-from mammosim.xray.point_spread import point_spread_widths
 from mammosim.xray.projector import path_lengths
 from mammosim.xray.reconstruction import filtered_backprojection, line_integrals, sart
 from mammosim.xray.systems import system_named

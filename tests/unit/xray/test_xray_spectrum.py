@@ -1,12 +1,56 @@
-"""Spectra: what is conserved, what is rejected."""
+"""Cross-sections, spectra and beams: what is conserved, what is rejected."""
 
 import numpy as np
 import pytest
 
 from mammosim.core.errors import XrayError
-from mammosim.xray.attenuation import material
+from mammosim.xray.attenuation import Material, linear_attenuation, material, materials, mixture
+from mammosim.xray.quality import AirGap, Paddle, in_the_way, quality, quality_table
 from mammosim.xray.spectrum import Spectrum, kerma_per_fluence, monoenergetic, value_layer
 from mammosim.xray.tube import Tube, tube_spectrum
+
+E = np.array([10.0, 16.8, 20.0, 30.0])
+
+
+def test_the_processes_add_to_the_total():
+    for matter in materials().values():
+        parts = [
+            linear_attenuation(matter, E, process=p) for p in ("photoelectric", "incoherent", "coherent")
+        ]
+        np.testing.assert_allclose(sum(parts), linear_attenuation(matter, E), rtol=1e-12)
+
+
+def test_water_at_20_kev_is_near_the_nist_value():
+    # NIST XCOM: 0.8096 cm2/g; cross-section libraries differ by less than 1 percent there
+    assert linear_attenuation(material("water"), np.array([20.0]))[0] == pytest.approx(0.08096, rel=0.01)
+
+
+def test_attenuation_of_a_mixture_is_the_mean_by_weight():
+    adipose, glandular = material("adipose"), material("glandular")
+    mixed = mixture("breast", ((adipose, 0.8), (glandular, 0.2)), density_g_cm3=0.952)
+    by_weight = 0.8 * linear_attenuation(adipose, E) / 0.93 + 0.2 * linear_attenuation(glandular, E) / 1.04
+    np.testing.assert_allclose(linear_attenuation(mixed, E), 0.952 * by_weight, rtol=1e-12)
+
+
+def test_volumes_add_in_a_mixture_without_density():
+    mixed = mixture("half", ((material("adipose"), 0.5), (material("glandular"), 0.5)))
+    assert mixed.density_g_cm3 == pytest.approx(1 / (0.5 / 0.93 + 0.5 / 1.04))
+
+
+def test_unknown_material_process_and_energy_are_rejected():
+    with pytest.raises(XrayError, match="choose one of: adipose"):
+        material("adipos")
+    with pytest.raises(XrayError, match="unknown process"):
+        linear_attenuation(material("water"), E, process="pair")
+    with pytest.raises(XrayError, match=r"0\.5 keV is outside"):
+        linear_attenuation(material("water"), np.array([0.5]))
+
+
+def test_fractions_that_do_not_add_to_one_are_rejected():
+    with pytest.raises(XrayError, match="must add to 1"):
+        Material("percent", 1.0, ((1, 11.0), (8, 89.0)))
+    with pytest.raises(XrayError, match="density"):
+        Material("nothing", 0.0, ((1, 1.0),))
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +140,45 @@ def test_impossible_spectra_are_rejected(energies, fluence, word):
 def test_kerma_outside_its_table_is_rejected():
     with pytest.raises(XrayError, match="air kerma is tabulated"):
         kerma_per_fluence(np.array([60.0]))
+
+
+def test_one_energy_has_homogeneity_one_and_an_unchanged_half_value_layer_behind_a_paddle():
+    beam = monoenergetic(20.0)
+    row = quality(beam)
+    assert row["homogeneity"] == pytest.approx(1.0, rel=1e-7)
+    table = quality_table([beam], (Paddle("polycarbonate", 3.0),))
+    assert table.hvl_behind_mm_al[0] == pytest.approx(row["hvl_mm_al"], rel=1e-7)
+
+
+def test_paddle_and_air_leave_the_exponential_share():
+    beam, E = monoenergetic(18.0), np.array([18.0])
+    mu = linear_attenuation(material("pmma"), E)[0] * 2.8 + linear_attenuation(material("air"), E)[0] * 600
+    behind = in_the_way(beam, (Paddle("pmma", 2.8), AirGap(600.0)))
+    assert behind.fluence[0] == pytest.approx((1000 / 600) ** 2 * np.exp(-mu), rel=1e-12)
+    assert behind.distance_mm == 600.0
+    assert in_the_way(beam, ()) is beam
+
+
+def test_a_paddle_hardens_the_beam_and_takes_kerma():
+    table = quality_table(
+        [tube_spectrum("W", "Rh", 0.05, 28.0), tube_spectrum("Mo", "Mo", 0.03, 28.0)], (Paddle(),)
+    )
+    assert list(table.beam) == ["W/Rh 0.05 mm 28 kVp", "Mo/Mo 0.03 mm 28 kVp"]
+    assert np.all(table.hvl_behind_mm_al > table.hvl_mm_al)
+    assert np.all(table.kerma_behind_ugy_per_mas < table.kerma_ugy_per_mas)
+    assert np.all(table.homogeneity < 1)
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        (lambda: Paddle("wood"), "choose one of: pmma"),
+        (lambda: Paddle("pmma", 0.2), "give mm"),
+        (lambda: Paddle("pmma", float("nan")), "give mm"),
+        (lambda: AirGap(-1.0), "outside 0 to 5000"),
+        (lambda: tube_spectrum("W", "Al", 0.7, 49.5), "computed tomography"),
+    ],
+)
+def test_impossible_layers_and_voltages_are_rejected(make, word):
+    with pytest.raises(XrayError, match=word):
+        make()

@@ -13,8 +13,7 @@ from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import primary
 from mammosim.xray.spectrum import Spectrum
-from mammosim.xray.tally_request import EnergyIn, EnergyInRegions, ScatterImage, results
-from mammosim.xray.tally_request_map import EnergyMap
+from mammosim.xray.tally_request import EnergyIn, EnergyInRegions, EnergyMap, ScatterImage, results
 from mammosim.xray.transport import Accuracy, transport
 
 X, Y, Z = np.eye(3)

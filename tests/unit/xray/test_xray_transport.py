@@ -7,8 +7,8 @@ import pytest
 from mammosim.core.errors import XrayError
 from mammosim.core.volume import grid_around
 from mammosim.xray.attenuation import material
-from mammosim.xray.bounding_boxes import bounding_boxes
 from mammosim.xray.dose import air_kerma_at, mean_glandular_dose
+from mammosim.xray.exposure_setup import bounding_boxes
 from mammosim.xray.geometry import Detector, Geometry
 from mammosim.xray.phantom import Phantom
 from mammosim.xray.projector import primary

@@ -8,7 +8,7 @@ import numpy as np
 from _scene import EV_PER_KEV, scene_of
 from _xray import Problem, run
 
-from mammosim.xray.tallies import Tallies
+from mammosim.xray.tally_result import Tallies
 from mammosim.xray.transport import Accuracy, transport
 
 
