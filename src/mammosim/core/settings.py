@@ -119,7 +119,7 @@ def named_words(value: Any) -> str:
 def annotations(kind: type) -> dict[str, Any]:
     """The annotation of each field that a dataclass is made of."""
     hints = get_type_hints(kind, include_extras=True)
-    return {f.name: hints[f.name] for f in fields(kind) if f.init}  # type: ignore[arg-type]
+    return {f.name: hints[f.name] for f in fields(kind) if f.init}
 
 
 def _annotated(kind: Any, about: Any, value: Any, place: str) -> Any:
