@@ -32,7 +32,7 @@ rule peer:
         mesh=lambda wildcards: peers_mesh_of(wildcards.case, wildcards.edge),
         coarse=lambda wildcards: peers_mesh_of(wildcards.case, f"{PEERS['warm_up_edge_mm']:g}"),
         adapter=lambda wildcards: str(SCRIPTS / "peers" / PROGRAMS[wildcards.program][1]),
-        shared=str(SCRIPTS / "peers" / "_peer.py"),
+        shared=str(SCRIPTS / "peers" / "_adapter.py"),
         solver=lambda wildcards: library("peers/with_mammosim.py") if wildcards.program == "mammosim" else [],
         library=library("peer.py"),
     output:
@@ -125,7 +125,7 @@ rule peer_xray:
         problem="results/peers/xray/{task}.npz",
         small="results/peers/xray/{task}_small.npz",
         adapter=lambda wildcards: str(SCRIPTS / "peers" / XRAY_PROGRAMS[wildcards.program][1]),
-        shared=[str(SCRIPTS / "peers" / name) for name in ("_run.py", "_xray.py", "_scene.py")],
+        shared=str(SCRIPTS / "peers" / "_adapter.py"),
         solver=lambda wildcards: library(f"peers/{XRAY_PROGRAMS[wildcards.program][1]}"),
         library=library("peer_xray.py"),
     output:

@@ -125,7 +125,8 @@ def annotations(kind: type) -> dict[str, Any]:
 def _annotated(kind: Any, about: Any, value: Any, place: str) -> Any:
     if isinstance(about, Limits):
         return _plain(kind, value, place, about)
-    if isinstance(value, (tuple, *about.kinds.values())):
+    kinds, several = tuple(about.kinds.values()), isinstance(about, SomeOf) and isinstance(value, tuple)
+    if isinstance(value, kinds) or (several and all(isinstance(one, kinds) for one in value)):
         return value
     given = dict(_mapping(value, place))
     if isinstance(about, OneOf) and about.key:
