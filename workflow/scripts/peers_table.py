@@ -16,11 +16,11 @@ def main(
     """stopping: the criteria of the programs of the mechanics, none of the X-ray tasks."""
     table = pd.concat([read_table(path) for path in rows], ignore_index=True)
     if stopping is None:
-        asked, numbers = read(tuple[summary.XrayTarget, ...], targets, "xray.targets"), summary.xray_numbers
+        wanted, numbers = read(tuple[summary.XrayTarget, ...], targets, "xray.targets"), summary.xray_numbers
     else:
-        asked, numbers = read(summary.MechanicsTargets, targets, "targets").all(), summary.numbers
+        wanted, numbers = read(summary.MechanicsTargets, targets, "targets").all(), summary.numbers
         table = summary.with_agreement(table).assign(stopping=table.program.map(stopping))
-    reached = summary.reached(table, asked)
+    reached = summary.reached(table, wanted)
     write_table(table, out["table"])
     write_table(reached, out["targets"])
     write_json(numbers(table, reached), out["numbers"])

@@ -24,7 +24,7 @@ def test_the_closed_form_of_slabs_is_our_image_to_rounding():
     assert task.amounts(Answer(image=1.01 * exact))["error"] == pytest.approx(0.01)
 
 
-def test_the_image_of_a_breast_is_judged_by_the_mean_of_rays():
+def test_the_image_of_a_breast_is_compared_with_the_mean_of_rays():
     task = View("breast", **VIEW)
     setup = task.setup()
     fine = primary(setup.phantom, setup.geometry, setup.spectrum, supersampling=3).signal

@@ -1,7 +1,7 @@
 """The X-ray tasks by mammosim as a user does: one call each. What kernels read is made before (`setup_s`).
 
 The kind of the task is the last word of the command line. `plain` is region and scatter by plain transport,
-without any of what lessens the variance: so many photons as the energy in all tissue needs for `tissue_error`;
+without any of what lessens the variance: as many photons as energy in all tissue needs for `tissue_error`;
 the time to the error wanted follows from the error reached.
 """
 
@@ -65,19 +65,19 @@ class View:
 
 
 class Transport:
-    """What is asked of a beam; every run has a stream of its own."""
+    """A tally request to a beam; every run has a random stream of its own."""
 
     def __init__(self, problem: XrayTask) -> None:
         self.setup, self.facts, self.seed = setup_of(problem), problem.facts, 0
         self.prepared = self.setup.body, self.setup.matter
-        self.asked = self.quantity()
+        self.request = self.quantity()
 
     def quantity(self) -> EnergyIn | EnergyInRegions | ScatterImage:
         return EnergyIn(self.facts["tissue"], self.facts["relative_error"])
 
     def solve(self) -> MaterialsAnswer | RegionsAnswer | ScatterAnswer:
         self.seed += 1
-        return self.asked.answer(self.setup, seed=self.seed, limits=Limits())
+        return self.request.answer(self.setup, seed=self.seed, limits=Limits())
 
     def answer(self, solved: MaterialsAnswer) -> dict:
         found, tissue = solved.materials, self.facts["tissue"]

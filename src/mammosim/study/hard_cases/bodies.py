@@ -68,7 +68,6 @@ class Ball(Shape):
     octant: bool = False
 
     def unspoilt(self) -> TetMesh:
-        """Elements of edge_mm."""
         inner = self.radius_mm - self.layer_mm
         mesh = ball_part(inner, self.edge_mm, octant=self.octant)
         return with_layer(mesh, mesh.points * (self.radius_mm / inner)) if self.layer_mm else mesh
@@ -82,7 +81,6 @@ class Brick(Shape):
     size_mm: tuple[Length, Length, Length]
 
     def unspoilt(self) -> TetMesh:
-        """It stands on z = 0."""
         mesh = box(self.counts, self.size_mm)
         if not self.layer_mm:
             return mesh

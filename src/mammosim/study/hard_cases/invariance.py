@@ -49,7 +49,6 @@ class Turned(Settings):
     degrees: Triple
 
     def of(self, problem: TestProblem) -> Equivalent:
-        """R about the origin."""
         R = Rotation.from_euler("xyz", self.degrees, degrees=True).as_matrix()
         wall, plates = problem.wall, problem.plates
         wall = wall and replace(wall, centre=R @ wall.centre, axes=R @ wall.axes)
@@ -67,7 +66,6 @@ class Shifted(Settings):
     mm: Triple
 
     def of(self, problem: TestProblem) -> Equivalent:
-        """Mesh and wall."""
         wall = problem.wall and replace(problem.wall, centre=problem.wall.centre + self.mm)
         there = replace(problem, mesh=problem.mesh.moved_to(problem.mesh.points + self.mm), wall=wall)
         return Equivalent(there, lambda x: x - self.mm)
@@ -116,7 +114,6 @@ class Renumbered(Settings):
     seed: int
 
     def of(self, problem: TestProblem) -> Equivalent:
-        """A random one."""
         mesh, rng = problem.mesh, generator("renumbered", str(self.seed))
         order, cells = rng.permutation(len(mesh.points)), rng.permutation(len(mesh.cells))
         new = np.argsort(order)
@@ -137,7 +134,6 @@ class Stepwise(Settings):
     load_steps: Annotated[int, Limits(at_least=2)]
 
     def of(self, problem: TestProblem) -> Equivalent:
-        """In load_steps."""
         return Equivalent(replace(problem, load_steps=self.load_steps))
 
 
@@ -148,7 +144,6 @@ class ByWayOf(Settings):
     gravity: tuple[Triple, ...]
 
     def of(self, problem: TestProblem) -> Equivalent:
-        """The problem itself."""
         return Equivalent(problem, by_way_of=tuple(np.array(g) for g in self.gravity))
 
 

@@ -124,7 +124,6 @@ class Plane(Settings):
     """The chest wall z = 0: the upper face of a broad block."""
 
     def wall(self) -> RoundedBox:
-        """The block."""
         centre, half = np.array([0.0, 0.0, -_BROAD_MM]), np.full(3, _BROAD_MM)
         return RoundedBox(centre, np.eye(3), half, _EDGE_MM)
 
@@ -137,7 +136,6 @@ class Cylinder(Settings):
     centre_mm: Triple
 
     def wall(self) -> EllipticCylinder:
-        """The cylinder."""
         axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
         return EllipticCylinder(np.array(self.centre_mm), np.array(self.semi_axes_mm), axes)
 
@@ -162,14 +160,12 @@ class PressValues(Settings):
             raise ConfigurationError("plates press to one of thickness_mm and force_n; give exactly one")
 
     def plates(self) -> Plates:
-        """Support and paddle."""
         centre = np.array([0.0, 0.0, self.chest_edge_mm + _HALF_DEPTH_MM])
         half = np.array([_HALF_DEPTH_MM, self.half_width_mm, _HALF_HEIGHT_MM])
         friction = None if self.friction is None else Friction(self.friction)
         return Plates(centre, _PLATE_AXES, half, self.edge_radius_mm, self.paddle, friction)
 
     def control(self) -> Control:
-        """To what they press."""
         return Force(self.force_n) if self.force_n is not None else Thickness(self.thickness_mm or 0.0)
 
 

@@ -63,6 +63,14 @@ QUANTITIES: Mapping[str, Callable[[TestProblem, np.ndarray], float]] = {
 }
 
 
+class Known(Settings):
+    """A reference; mm where its quantity is, no unit otherwise."""
+
+    def value(self) -> float:
+        """The right number."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
 class Refined(Settings):
     """The same problem with elements of edge_mm by this solver, where nothing independent is known."""
@@ -71,18 +79,17 @@ class Refined(Settings):
 
 
 @dataclass(frozen=True)
-class Hemisphere(Settings):
+class Hemisphere(Known):
     """apex_mm of the table hemisphere_gravity."""
 
     case: str
 
     def value(self) -> float:
-        """mm."""
         return float(tabulated("hemisphere_gravity").set_index("case").apex_mm[self.case])
 
 
 @dataclass(frozen=True)
-class Column(Settings):
+class Column(Known):
     """tip_ratio of the table column_gravity."""
 
     nu: float
@@ -90,13 +97,12 @@ class Column(Settings):
     direction: Literal["hang", "stand"]
 
     def value(self) -> float:
-        """No unit."""
         table = tabulated("column_gravity").set_index(["nu", "q", "direction"]).tip_ratio
         return float(table[self.nu, self.q, self.direction])
 
 
 @dataclass(frozen=True)
-class StandingColumn(Settings):
+class StandingColumn(Known):
     """tip_ratio of a straight column under its weight for small strain, - rho g L / (2 E)."""
 
     youngs_modulus_kpa: Positive
@@ -104,13 +110,12 @@ class StandingColumn(Settings):
     height_mm: Length
 
     def value(self) -> float:
-        """No unit."""
         rho_g = KPA_PER_MM_PER_G_CM3 * self.density_g_cm3
         return -rho_g * self.height_mm / (2 * self.youngs_modulus_kpa)
 
 
 @dataclass(frozen=True)
-class Greenhill(Settings):
+class Greenhill(Known):
     """Load factor at which a square column bends, GREENHILL E I / (rho g A L^3), I / A = side^2 / 12."""
 
     youngs_modulus_kpa: Positive
@@ -119,13 +124,12 @@ class Greenhill(Settings):
     side_mm: Length
 
     def value(self) -> float:
-        """No unit."""
         rho_g = KPA_PER_MM_PER_G_CM3 * self.density_g_cm3
         return GREENHILL * self.youngs_modulus_kpa * self.side_mm**2 / (12 * rho_g * self.height_mm**3)
 
 
 @dataclass(frozen=True)
-class RigidSlip(Settings):
+class RigidSlip(Known):
     """slip_mm by the balance of forces alone, rho g V sin(tilt) / (kappa A); thickness V / A."""
 
     density_g_cm3: Positive
@@ -134,7 +138,6 @@ class RigidSlip(Settings):
     degrees: float
 
     def value(self) -> float:
-        """mm."""
         pressure = KPA_PER_MM_PER_G_CM3 * self.density_g_cm3 * self.thickness_mm
         return pressure * np.sin(np.radians(self.degrees)) / self.kappa_kpa_mm
 
@@ -160,18 +163,16 @@ class Layer(Settings):
 
 
 @dataclass(frozen=True)
-class Laminate(Settings):
+class Laminate(Known):
     """apex_mm of layers one on the other, stretched along x in plane strain: each thins as it would alone."""
 
     stretch: Positive
     layers: tuple[Layer, ...]
 
     def value(self) -> float:
-        """mm."""
         return sum(layer.thickness_mm * (layer.thinned(self.stretch) - 1) for layer in self.layers)
 
 
-Reference = Hemisphere | Column | StandingColumn | Greenhill | RigidSlip | Laminate
 REFERENCES = OneOf({
     "hemisphere": Hemisphere,
     "column": Column,

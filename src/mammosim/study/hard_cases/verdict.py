@@ -4,14 +4,14 @@ A wrong answer, an error for another reason than the one stated, and a crash are
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from mammosim.core.errors import ConfigurationError, EquilibriumError, MammosimError
 from mammosim.core.settings import Limits, OneOf, Settings, named_words
 from mammosim.study.hard_cases.invariance import INVARIANCE_TESTS, InvarianceTest
-from mammosim.study.hard_cases.references import REFERENCES, Reference, Refined
+from mammosim.study.hard_cases.references import REFERENCES, Known, Refined
 
 # What keeps a body stable; a diagnosis names at least one.
 HELPS = ("skin", "stiff", "chest wall")
@@ -20,8 +20,24 @@ Words = tuple[str, ...]
 Kind = Literal["converged", "unstable", "failed", "rejected", "crashed"]
 
 
+class Expectation(Settings):
+    """What should happen: an outcome of this kind, of which nothing is wrong."""
+
+    kind: ClassVar[str]
+
+    def against(self, happened: "Outcome") -> str:
+        """What speaks against an outcome, nothing if it is the expected one."""
+        return (
+            self.wrong(happened) if happened.kind == self.kind else f"{happened.kind} instead of {self.kind}"
+        )
+
+    def wrong(self, happened: "Outcome") -> str:
+        """What is wrong with an outcome of this kind."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class Converges(Settings):
+class Converges(Expectation):
     """Expected: a verified equilibrium, whose quantity is that of a reference, or which is that of same_as.
 
     quantity: a name of QUANTITIES. within: the largest relative error; because: how that follows.
@@ -29,10 +45,11 @@ class Converges(Settings):
     Raises ConfigurationError unless there is exactly one of reference and same_as.
     """
 
+    kind: ClassVar[str] = "converged"
     within: Within
     because: str
     quantity: Literal["", "apex_mm", "drop_mm", "tip_ratio", "slip_mm"] = ""
-    reference: Annotated[Reference | Refined, OneOf({**REFERENCES.kinds, "refined": Refined})] | None = None
+    reference: Annotated[Known | Refined, OneOf({**REFERENCES.kinds, "refined": Refined})] | None = None
     same_as: Annotated[tuple[InvarianceTest, ...], INVARIANCE_TESTS] = ()
     or_unstable: bool = False
 
@@ -48,59 +65,55 @@ class Converges(Settings):
         return f"within {self.within:.2g} of {against}" + (", or unstable" if self.or_unstable else "")
 
     def against(self, happened: "Outcome") -> str:
-        """What speaks against an outcome, nothing if it is the expected one."""
         if happened.kind == "unstable" and self.or_unstable:
             return _not_diagnosed(happened.error)
-        if happened.kind != "converged":
-            return f"{happened.kind} instead of converged"
-        if not happened.verified:
-            return "the state was not verified"
-        return _off("error", happened.relative_error, self.within)
+        return super().against(happened)
+
+    def wrong(self, happened: "Outcome") -> str:
+        off = _off("error", happened.relative_error, self.within)
+        return off if happened.verified else "the state was not verified"
 
 
 @dataclass(frozen=True)
-class Rejected(Settings):
+class Rejected(Expectation):
     """Expected: bad input is rejected by an error of the class `by`, whose message says all of `saying`."""
 
+    kind: ClassVar[str] = "rejected"
     by: Literal["MechanicsError", "MeshError"]
     saying: Words
 
     def __str__(self) -> str:
         return f"rejected, saying {_and(self.saying)}"
 
-    def against(self, happened: "Outcome") -> str:
-        """As of Converges."""
-        if happened.kind != "rejected":
-            return f"{happened.kind} instead of rejected"
+    def wrong(self, happened: "Outcome") -> str:
         if self.by not in [kind.__name__ for kind in type(happened.error).__mro__]:
             return f"rejected by {type(happened.error).__name__} instead of {self.by}"
         return _silent(self.saying, happened.error)
 
 
 @dataclass(frozen=True)
-class Failed(Settings):
+class Failed(Expectation):
     """Expected: no equilibrium is found, for a reason that says all of `saying`."""
 
+    kind: ClassVar[str] = "failed"
     saying: Words
 
     def __str__(self) -> str:
         return f"failed, saying {_and(self.saying)}"
 
-    def against(self, happened: "Outcome") -> str:
-        """As of Converges."""
-        if happened.kind != "failed":
-            return f"{happened.kind} instead of failed"
+    def wrong(self, happened: "Outcome") -> str:
         return _silent(self.saying, happened.error)
 
 
 @dataclass(frozen=True)
-class Unstable(Settings):
+class Unstable(Expectation):
     """Expected: a proved loss of stability with its load factor, its mode, and what would help.
 
     load_factor: a reference, met within `within`; because: how that follows.
     """
 
-    load_factor: Annotated[Reference, REFERENCES] | None = None
+    kind: ClassVar[str] = "unstable"
+    load_factor: Annotated[Known, REFERENCES] | None = None
     within: Within | None = None
     because: str = ""
 
@@ -112,10 +125,7 @@ class Unstable(Settings):
     def __str__(self) -> str:
         return "unstable, with load factor, mode and advice"
 
-    def against(self, happened: "Outcome") -> str:
-        """As of Converges."""
-        if happened.kind != "unstable":
-            return f"{happened.kind} instead of unstable"
+    def wrong(self, happened: "Outcome") -> str:
         if lacks := _not_diagnosed(happened.error):
             return lacks
         return _off("load factor error", happened.relative_error, self.within) if self.within else ""

@@ -60,8 +60,7 @@ class MechanicsTarget(Target):
         here = (table.case == (case or self.case)) & (table.edge_mm == self.edge_mm)
         return _only(table[here & (table.program == OURS)], column)
 
-    def told(self, what: str, peer: str, measured: float) -> dict[str, Any]:
-        """The row."""
+    def measured(self, what: str, peer: str, measured: float) -> dict[str, Any]:
         return {
             "what": what,
             "case": self.case,
@@ -78,11 +77,10 @@ class Faster(MechanicsTarget):
     against: str | None = None
 
     def row(self, table: pd.DataFrame) -> dict[str, Any]:
-        """Of processor time."""
         case = self.against or self.case
         peers = table[(table.case == case) & (table.edge_mm == self.edge_mm) & (table.program != OURS)]
         peer, seconds = _best(peers, "cpu_s")
-        return self.told("times faster", peer, seconds / self.one(table, "cpu_s"))
+        return self.measured("times faster", peer, seconds / self.one(table, "cpu_s"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,9 +90,8 @@ class Slower(MechanicsTarget):
     than: str
 
     def row(self, table: pd.DataFrame) -> dict[str, Any]:
-        """Of processor time."""
         ratio = self.one(table, "cpu_s") / self.one(table, "cpu_s", self.than)
-        return self.told(f"times the time of {self.than}", OURS, ratio)
+        return self.measured(f"times the time of {self.than}", OURS, ratio)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +101,6 @@ class Growth(Target):
     case: str
 
     def row(self, table: pd.DataFrame) -> dict[str, Any]:
-        """Nan with a single mesh."""
         rows = table[(table.case == self.case) & (table.program == OURS)]
         exponent = np.nan
         if len(rows) > 1:
@@ -118,10 +114,9 @@ class Leaner(MechanicsTarget):
     """Our memory over that of the leanest direct peer."""
 
     def row(self, table: pd.DataFrame) -> dict[str, Any]:
-        """Of the whole process."""
         here = (table.case == self.case) & (table.edge_mm == self.edge_mm)
         peer, memory = _best(table[here & table.program.isin(DIRECT)], "memory_mb")
-        return self.told("times the memory", peer, self.one(table, "memory_mb") / memory)
+        return self.measured("times the memory", peer, self.one(table, "memory_mb") / memory)
 
 
 @dataclass(frozen=True)
@@ -149,7 +144,6 @@ class XrayTarget(Target):
     what: Literal["seconds", "histories_per_s", "error", "times faster", "times the error", "difference"]
 
     def row(self, table: pd.DataFrame) -> dict[str, Any]:
-        """Plain transport is ours, and nobody to be faster than."""
         rows = table[table.task == self.task]
         ours, plain = rows[rows.program == OURS], rows[rows.program == PLAIN]
         others = rows[~rows.program.isin((OURS, PLAIN))]

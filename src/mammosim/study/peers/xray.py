@@ -164,7 +164,7 @@ class View(Settings):
 
 @dataclass(frozen=True)
 class Dose(Settings):
-    """Energy in the tissue of the report's breast, eV per photon; relative_error: as well as asked."""
+    """Energy in the tissue of the report's breast, eV per photon; relative_error: how well."""
 
     beam: Literal["16.8 keV", "Mo/Mo 30 kVp"]
     voxel_mm: Length
@@ -185,7 +185,7 @@ class Dose(Settings):
         return replace(self, voxel_mm=SMALL_REPORT_MM, relative_error=SMALL_ERROR)
 
     def amounts(self, found: Answer) -> dict[str, Any]:
-        """found: value and standard_error [eV], one or several runs of their own streams."""
+        """found: value and standard_error [eV], one or several runs of their own random streams."""
         return _of_report(self.beam, "tissue", found)
 
 
