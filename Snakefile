@@ -25,7 +25,7 @@ wildcard_constraints:
 RULES = """
     chain volunteers images mesh morph mechanics unloading compression xray checks identification
     validation study figures hard_cases softening scene_variants scenes
-    recovery programs peers peers_xray accuracy drawn report plan
+    recovery programs peers accuracy drawn report plan
 """.split()
 
 for name in RULES:

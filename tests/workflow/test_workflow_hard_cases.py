@@ -10,7 +10,7 @@ import yaml
 from mammosim.chain.configuration import check_settings
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.hard_cases.cases import HardCase
-from mammosim.study.hard_cases.judgement import Converges
+from mammosim.study.hard_cases.verdict import Converges
 
 FAMILIES = {
     "soft",
@@ -32,16 +32,16 @@ cases:
   inverted:
     family: bad input
     hard: three elements inside out
-    scene: &scene
+    problem: &problem
       body: {shape: brick, counts: [1, 1, 2], size_mm: [10, 10, 20], defect: inverted}
       tissues: {adipose: {youngs_modulus_kpa: 1, poisson_ratio: 0.45, density_g_cm3: 1}}
       gravity: [0, 0, 1]
-    expected: {refused: {by: MechanicsError, saying: [3 cells, inverted]}}
+    expected: {rejected: {by: MechanicsError, saying: [3 cells, inverted]}}
   for_another_reason:
     family: bad input
     hard: three elements inside out
-    scene: *scene
-    expected: {refused: {by: MechanicsError, saying: [not attached]}}
+    problem: *problem
+    expected: {rejected: {by: MechanicsError, saying: [not attached]}}
 """
 
 
@@ -62,23 +62,23 @@ def test_every_family_has_cases_and_every_bound_says_why(catalogue):
     assert all(len(case.expected.because) >= 10 for case in cases if isinstance(case.expected, Converges))
 
 
-def test_the_schema_knows_every_key_and_refuses_others(catalogue, schema):
+def test_the_schema_knows_every_key_and_rejects_others(catalogue, schema):
     check_settings(catalogue, schema, files=["hard_cases.yaml"], finite=False)
     wrong = copy.deepcopy(catalogue)
-    wrong["cases"]["soft_1kpa"]["scene"]["gravty"] = [0, 0, 1]
+    wrong["cases"]["soft_1kpa"]["problem"]["gravty"] = [0, 0, 1]
     wrong["cases"]["soft_0.3kpa"]["expected"]["converges"]["within"] = 3
-    with pytest.raises(ConfigurationError, match="did you mean 'gravity'") as refusal:
+    with pytest.raises(ConfigurationError, match="did you mean 'gravity'") as rejected:
         check_settings(wrong, schema, files=["hard_cases.yaml"], finite=False)
-    assert "was it given in percent?" in str(refusal.value)
+    assert "was it given in percent?" in str(rejected.value)
 
 
-def test_the_target_makes_a_page_that_names_what_is_not_as_expected(study, tmp_path):
+def test_the_target_makes_a_page_that_names_unexpected_outcomes(study, tmp_path):
     tiny = tmp_path / "tiny.yaml"
     tiny.write_text(TINY)
     here = replace(study, run=tmp_path)
     result = here.snakemake("hard_cases", "--config", f"hard_cases={tiny}")
     assert result.returncode == 0, result.stdout[-3000:]
-    assert "NOT AS EXPECTED: for_another_reason" in result.stdout
+    assert "UNEXPECTED OUTCOME: for_another_reason" in result.stdout
     table = pd.read_csv(tmp_path / "results/study/hard_cases.csv").set_index("case")
     assert list(table.columns[:6]) == ["family", "hard", "expected", "outcome", "ok", "error"]
     assert dict(table.ok) == {"inverted": True, "for_another_reason": False}

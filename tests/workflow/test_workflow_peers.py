@@ -1,4 +1,4 @@
-"""The comparison with other programs: what is not installed is a row that says so, misprints are refused."""
+"""The comparison with other programs: what is not installed is a row that says so, misprints are rejected."""
 
 import sys
 
@@ -30,7 +30,7 @@ def test_what_is_not_installed_says_how_to_install_it(rows):
     assert pd.isna(rows.loc["felupe"].apex_mm)
 
 
-def test_a_misspelt_program_is_refused(study, tmp_path):
+def test_a_misspelt_program_is_rejected(study, tmp_path):
     text = (study.home / "config/peers_smoke.yaml").read_text().replace("felupe", "felupi")
     (tmp_path / "wrong.yaml").write_text(text)
     (tmp_path / "extra.yaml").write_text(f"peers: {tmp_path / 'wrong.yaml'}\n")

@@ -16,7 +16,7 @@ DRAWN = {
     "recovery": ("recovery.recovery", ["recovery"]),
     "wrong_model": ("validation.wrong_model", ["wrong_model"]),
     "peers": ("peers.processor_time", ["peers"]),
-    "peers_xray": ("peers_xray.tasks", ["peers_xray", "peers_xray_targets"]),
+    "peers_xray": ("peers.tasks", ["peers_xray", "peers_xray_targets"]),
     "accuracy_memory": ("accuracy.memory", ["accuracy"]),
     "accuracy_orders": ("accuracy.orders", ["accuracy_orders"]),
     "accuracy_budget": ("accuracy.budget", ["accuracy_budget"]),

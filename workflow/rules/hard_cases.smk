@@ -24,7 +24,7 @@ rule hard_case:
 
 
 rule hard_cases_table:
-    """Every hard case, and a loud word on each that is not as expected."""
+    """Every hard case, and a loud word on each unexpected outcome."""
     input:
         rows=expand("results/hard_cases/{case}.csv", case=HARD_CASES),
         library=library("hard_cases_table.py"),

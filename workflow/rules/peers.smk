@@ -1,5 +1,10 @@
-# The hanging hemisphere solved by mammosim and by other programs, on demand: each in its own Python, one thread.
+# The hanging hemisphere and X-ray tasks by mammosim and by other programs, on demand: each in its own Python, one thread.
 PAGES["peers"] = {"tables": ["peers", "peers_targets"], "figures": ["peers"]}
+PAGES["peers_xray"] = {"tables": ["peers_xray", "peers_xray_targets"], "figures": ["peers_xray"]}
+
+
+wildcard_constraints:
+    task="|".join(XRAY_PEERS["tasks"]),
 
 
 rule peers_mesh:
@@ -27,7 +32,7 @@ rule peer:
         mesh=lambda wildcards: peers_mesh_of(wildcards.case, wildcards.edge),
         coarse=lambda wildcards: peers_mesh_of(wildcards.case, f"{PEERS['warm_up_edge_mm']:g}"),
         adapter=lambda wildcards: str(SCRIPTS / "peers" / PROGRAMS[wildcards.program][1]),
-        shared=str(SCRIPTS / "peers" / "_peer.py"),
+        shared=str(SCRIPTS / "peers" / "_adapter.py"),
         solver=lambda wildcards: library("peers/with_mammosim.py") if wildcards.program == "mammosim" else [],
         library=library("peer.py"),
     output:
@@ -51,7 +56,7 @@ rule peer:
 
 
 rule peers_table:
-    """Every program in every case, and how that compares with what was aimed at."""
+    """Every program in every case, and how that compares with the targets."""
     input:
         rows=[
             f"results/peers/{job['case']}/{job['edge_mm']:g}mm_{program}.csv"
@@ -64,7 +69,7 @@ rule peers_table:
         targets="results/study/peers_targets.csv",
         numbers="results/study/peers.json",
     params:
-        aims=PEERS["aims"],
+        targets=PEERS["targets"],
         stopping=STOPPING,
     log:
         "results/logs/peers_table/all.log",
@@ -88,6 +93,96 @@ rule peers:
         "results/logs/peers/all.log",
     benchmark:
         "results/benchmarks/peers/all.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/page.py"
+
+
+rule peers_xray_problem:
+    """One X-ray task as every program reads it, and a coarse one to compile and load by."""
+    input:
+        library=library("peers_xray_problem.py"),
+    output:
+        problem="results/peers/xray/{task}.npz",
+        small="results/peers/xray/{task}_small.npz",
+    params:
+        kind=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["kind"],
+        values=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["problem"],
+    log:
+        "results/logs/peers_xray_problem/{task}.log",
+    benchmark:
+        "results/benchmarks/peers_xray_problem/{task}.tsv"
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/peers_xray_problem.py"
+
+
+rule peer_xray:
+    """One program and one X-ray task: its processor time, its memory, and how far off its answer is."""
+    input:
+        problem="results/peers/xray/{task}.npz",
+        small="results/peers/xray/{task}_small.npz",
+        adapter=lambda wildcards: str(SCRIPTS / "peers" / XRAY_PROGRAMS[wildcards.program][1]),
+        shared=str(SCRIPTS / "peers" / "_adapter.py"),
+        solver=lambda wildcards: library(f"peers/{XRAY_PROGRAMS[wildcards.program][1]}"),
+        library=library("peer_xray.py"),
+    output:
+        "results/peers/xray/{task}_by_{program}.csv",
+    params:
+        kind=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["kind"],
+        values=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["problem"],
+        program=xray_program,
+    wildcard_constraints:
+        program="|".join(XRAY_PROGRAMS),
+    log:
+        "results/logs/peer_xray/{task}_{program}.log",
+    benchmark:
+        "results/benchmarks/peer_xray/{task}_{program}.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+    script:
+        "../scripts/peer_xray.py"
+
+
+rule peers_xray_table:
+    """Every program and X-ray task, and how that compares with the targets."""
+    input:
+        rows=[
+            f"results/peers/xray/{name}_by_{program}.csv"
+            for name, task in XRAY_PEERS["tasks"].items()
+            for program in task["programs"]
+        ],
+        library=library("peers_table.py"),
+    output:
+        table="results/study/peers_xray.csv",
+        targets="results/study/peers_xray_targets.csv",
+        numbers="results/study/peers_xray.json",
+    params:
+        targets=XRAY_PEERS["targets"],
+    log:
+        "results/logs/peers_xray_table/all.log",
+    benchmark:
+        "results/benchmarks/peers_xray_table/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/peers_table.py"
+
+
+rule peers_xray:
+    """X-ray tasks by mammosim and by other programs, on demand: results/study/peers_xray.csv and peers_xray.html."""
+    input:
+        **page("peers_xray"),
+        library=library("page.py"),
+    output:
+        "results/study/peers_xray.html",
+    log:
+        "results/logs/peers_xray/all.log",
+    benchmark:
+        "results/benchmarks/peers_xray/all.tsv"
     resources:
         mem_mb=1000,
     script:

@@ -66,7 +66,7 @@ def peer_program(wildcards):
 XRAY_PEERS = PEERS["xray"]
 XRAY_PROGRAMS = {
     "mammosim": (PYTHON, "with_mammosim_xray.py", []),
-    "plain_transport": (PYTHON, "with_plain_transport.py", []),
+    "plain_transport": (PYTHON, "with_mammosim_xray.py", ["plain"]),
     "gecatsim": (PEERS_PYTHON, "with_gecatsim.py", []),
     "itk_rtk_joseph": (PEERS_PYTHON, "with_itk_rtk.py", ["joseph"]),
     "itk_rtk_voxels": (PEERS_PYTHON, "with_itk_rtk.py", ["voxels"]),

@@ -1,4 +1,4 @@
-"""The table of all hard cases; those that are not as expected are named in the log and on the terminal."""
+"""The table of all hard cases; unexpected outcomes are named in the log and on the terminal."""
 
 import logging
 import sys
@@ -7,7 +7,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.hard_cases.cases import not_as_expected, numbers
+from mammosim.study.hard_cases.cases import numbers, unexpected
 
 
 def main(rows: list[str], table: str, facts: str) -> None:
@@ -15,7 +15,7 @@ def main(rows: list[str], table: str, facts: str) -> None:
     write_table(cases, table)
     write_json(numbers(cases), facts)
     logging.info("%d hard cases", len(cases))
-    for line in not_as_expected(cases):
+    for line in unexpected(cases):
         logging.error(line)
         sys.stderr.write(f"{line}\n")
 

@@ -7,8 +7,8 @@ import pandas as pd
 from mammosim.io.meshes import read_mesh_arrays
 from mammosim.io.programs import found_by
 from mammosim.io.tables import write_table
-from mammosim.study.peers.aims import OURS
 from mammosim.study.peers.mechanics import Case, result
+from mammosim.study.peers.summary import OURS
 
 MEASURED = ("load_steps", "newton_iterations", "cpu_s", "memory_mb", "memory_before_mb")
 
@@ -23,8 +23,7 @@ def main(files: dict, job: dict, values: dict, program: dict, out: str) -> None:
         limits = {name: program[name] for name in ("cpu_limit_s", "arguments")}
         found = found_by(command, facts, **limits)
     facts = {name: found.get(name, np.nan) for name in MEASURED}
-    ours = job["program"] == OURS
-    about = result(case, mesh, found, displacements_only=not ours)
+    about = result(case, mesh, found.get("u"), displacements_only=job["program"] != OURS)
     row = job | about | facts | {"outcome": found["outcome"]}
     write_table(pd.DataFrame([row]), out)
 

@@ -5,8 +5,7 @@ import pandas as pd
 
 from mammosim.io.programs import found_by
 from mammosim.io.tables import write_table
-from mammosim.study.peers.xray import task_of
-from mammosim.study.peers.xray_rows import row_of
+from mammosim.study.peers.xray import Answer, row_of, task_of
 
 
 def main(files: dict, job: dict, task: dict, program: dict, out: str) -> None:
@@ -16,7 +15,7 @@ def main(files: dict, job: dict, task: dict, program: dict, out: str) -> None:
         command = [program["python"], files["adapter"], files["problem"], files["small"]]
         limits = {name: program[name] for name in ("cpu_limit_s", "arguments")}
         found = found_by(command, program["settings"], **limits)
-    row = row_of(task_of(**task), found, task["values"].get("relative_error"))
+    row = row_of(task_of(**task), Answer(**found), task["values"].get("relative_error"))
     write_table(pd.DataFrame([job | {"kind": task["kind"]} | row]), out)
 
 

@@ -1,23 +1,31 @@
-"""All programs in one table, and what was aimed at; what was missed is named on the terminal."""
+"""All programs in one table, and how far the targets are reached; those missed are named on the terminal."""
 
 import sys
 
 import _log
 import pandas as pd
 
+from mammosim.core.settings import read
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.peers.summary import numbers, targets, with_agreement
+from mammosim.study.peers import summary
 
 
-def main(rows: list[str], aims: dict, stopping: dict[str, str], out: dict[str, str]) -> None:
-    table = with_agreement(pd.concat([read_table(path) for path in rows], ignore_index=True))
-    table["stopping"] = table.program.map(stopping)
-    reached = targets(table, aims)
+def main(
+    rows: list[str], targets: dict | list, out: dict[str, str], stopping: dict[str, str] | None = None
+) -> None:
+    """stopping: the criteria of the programs of the mechanics, none of the X-ray tasks."""
+    table = pd.concat([read_table(path) for path in rows], ignore_index=True)
+    if stopping is None:
+        wanted, numbers = read(tuple[summary.XrayTarget, ...], targets, "xray.targets"), summary.xray_numbers
+    else:
+        wanted, numbers = read(summary.MechanicsTargets, targets, "targets").all(), summary.numbers
+        table = summary.with_agreement(table).assign(stopping=table.program.map(stopping))
+    reached = summary.reached(table, wanted)
     write_table(table, out["table"])
     write_table(reached, out["targets"])
     write_json(numbers(table, reached), out["numbers"])
     for row in reached[~reached.met].itertuples():
-        sys.stderr.write(f"not reached: {row.what}, {row.case}: {row.measured:.3g}, {row.goal}\n")
+        sys.stderr.write(f"not reached: {row.what}, {row[2]}: {row.measured:.3g}, {row.goal}\n")
 
 
 if __name__ == "__main__":

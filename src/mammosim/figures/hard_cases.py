@@ -12,14 +12,15 @@ from mammosim.figures.style import BLUE, INK, QUIET, VERMILION, new_figure, styl
 
 # An error of exactly zero has no place on a log axis; this is below rounding of any bound.
 _SMALLEST = 1e-9
+MARKERS = {"converged": "o", "rejected": "s", "unstable": "^", "failed": "v", "crashed": "X"}
 
 
 @styled
 def hard_cases(table: pd.DataFrame) -> Figure:
     """One line per case, by family: error over the largest allowed, and processor time.
 
-    table: rows of study.hard_cases.cases.row. Circles converged, squares were refused, crosses are crashes;
-    hollow, beside the axes, where there is no number to compare; vermilion what is not as expected.
+    table: rows of study.hard_cases.cases.row. MARKERS say what happened; hollow, beside the axes, where
+    there is no number to compare; vermilion where the outcome is not the expected one.
     """
     table = table.iloc[::-1].reset_index(drop=True)
     figure = new_figure(1.4 + 0.17 * len(table))
@@ -39,7 +40,7 @@ def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
     part = np.maximum(table.error / table.within, _SMALLEST)
     for place, case in enumerate(table.itertuples()):
         style: dict[str, Any] = {"color": BLUE if case.ok else VERMILION, "clip_on": False, "zorder": 3}
-        marker = {"converged": "o", "refused": "s"}.get(str(case.outcome).split(":")[0].split()[0], "X")
+        marker = MARKERS[str(case.outcome).split(":")[0]]
         if np.isfinite(part[place]):
             ax.plot(part[place], place, marker, **style)
         else:
@@ -50,16 +51,10 @@ def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
     for label, ok in zip(ax.get_yticklabels(), table.ok):
         label.set_color(INK if ok else VERMILION)
     ax.set(xscale="log", xlabel="error / largest error allowed (-)", title="what happened")
-    shapes = (("o", "converged", QUIET), ("s", "refused", "none"), ("X", "crashed", QUIET))
-    marks = [
-        Line2D([], [], ls="", marker=m, color=QUIET, markerfacecolor=fill, label=text)
-        for m, text, fill in shapes
-    ]
-    marks += [
-        Line2D([], [], ls="", marker="o", color=c, label=t)
-        for c, t in ((BLUE, "as expected"), (VERMILION, "not"))
-    ]
-    ax.figure.legend(handles=marks, ncols=5, loc="outside upper center")
+    kinds = {text: (m, QUIET) for text, m in MARKERS.items()}
+    kinds |= {"expected outcome": ("o", BLUE), "another outcome": ("o", VERMILION)}
+    marks = [Line2D([], [], ls="", marker=m, color=c, label=text) for text, (m, c) in kinds.items()]
+    ax.figure.legend(handles=marks, ncols=7, loc="outside upper center")
 
 
 def _separate_families(ax: Axes, table: pd.DataFrame) -> None:

@@ -61,7 +61,7 @@ def sweep_table() -> pd.DataFrame:
 def hard_case_table() -> pd.DataFrame:
     return pd.DataFrame({
         "case": ["soft", "lost", "inverted", "wrong"], "family": ["soft", "soft", "bad input", "bad input"],
-        "outcome": ["converged", "refused beyond load factor 0.5: -", "refused: -", "crashed: ValueError"],
+        "outcome": ["converged", "unstable: -", "rejected: -", "crashed: ValueError"],
         "ok": [True, True, True, False], "error": [0.002, 0.01, np.nan, np.nan],
         "within": [0.01, 0.05, np.nan, 0.01], "seconds": [3.0, 9.0, 0.1, 0.2],
     })  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path as File
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from _peer import NotConverged, Path, Problem, run
+from _adapter import Hemisphere, NotConverged, Path, run
 
 INCREMENTS = 200
 # CalculiX compares the largest residual force with the average force; 0.5 % unless told.
@@ -45,7 +45,7 @@ def lines(rows: np.ndarray) -> str:
 class CalculiX:
     """The input as text; nodes and elements are numbered from 1."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Hemisphere) -> None:
         self.n_node = len(problem.points)
         points = [
             f"{i}, {x:.12e}, {y:.12e}, {z:.12e}" for i, (x, y, z) in enumerate(problem.points.tolist(), 1)
@@ -88,4 +88,4 @@ def _read(folder: str, kind: str) -> str:
 
 
 if __name__ == "__main__":
-    run(CalculiX, who=resource.RUSAGE_CHILDREN)
+    run(Hemisphere, CalculiX, who=resource.RUSAGE_CHILDREN)

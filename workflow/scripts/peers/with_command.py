@@ -7,14 +7,13 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from _run import NotConverged
-from _xray import Problem, run
+from _adapter import NotConverged, XrayTask, run
 
 
 class Command:
     """The whole command is timed, unless it says how many processor-seconds its transport took."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: XrayTask) -> None:
         self.problem, self.seed = problem, 0
 
     def solve(self) -> dict:
@@ -35,4 +34,4 @@ class Command:
 
 
 if __name__ == "__main__":
-    run(Command, who=resource.RUSAGE_CHILDREN)
+    run(XrayTask, Command, who=resource.RUSAGE_CHILDREN)

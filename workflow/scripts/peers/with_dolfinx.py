@@ -8,7 +8,7 @@ import sys
 import dolfinx.fem.petsc as assembling
 import numpy as np
 import ufl
-from _peer import NotConverged, Path, Problem, in_load_steps, run
+from _adapter import Hemisphere, NotConverged, Path, in_load_steps, run
 from dolfinx import cpp, fem, mesh
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -30,7 +30,7 @@ NEWTON = {"snes_type": "newtonls", "snes_linesearch_type": "bt", "snes_max_it": 
 
 
 class Dolfinx:
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Hemisphere) -> None:
         self.problem = problem
         geometry = ufl.Mesh(ufl.VectorElement("Lagrange", "tetrahedron", 2))
         order = cpp.io.perm_vtk(mesh.CellType.tetrahedron, 10)
@@ -110,4 +110,4 @@ class Dolfinx:
 
 
 if __name__ == "__main__":
-    run(Dolfinx)
+    run(Hemisphere, Dolfinx)

@@ -2,7 +2,7 @@
 
 import felupe as fem
 import numpy as np
-from _peer import NotConverged, Path, Problem, in_load_steps, run
+from _adapter import Hemisphere, NotConverged, Path, in_load_steps, run
 from pypardiso import PyPardisoSolver
 from scipy.sparse import csr_matrix, triu
 
@@ -22,7 +22,7 @@ class Pardiso:
 
 
 class Felupe:
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Hemisphere) -> None:
         self.problem = problem
 
     def solve(self) -> Path:
@@ -71,4 +71,4 @@ class Felupe:
 
 
 if __name__ == "__main__":
-    run(Felupe)
+    run(Hemisphere, Felupe)

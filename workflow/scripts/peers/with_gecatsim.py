@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from _xray import Problem, run
+from _adapter import XrayTask, run
 
 # Of what mammosim needs, this Python has numpy alone.
 sys.path.insert(0, str(Path(__file__).parents[3] / "src"))
@@ -18,7 +18,7 @@ ROWS = 8  # of pixels at a time
 
 
 class Gecatsim:
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: XrayTask) -> None:
         facts, index = problem.facts, problem.arrays["index"]
         spacing, d = np.array(facts["spacing_mm"]), facts["detector"]
         size = spacing * (np.array(index.shape[::-1]) - 1)
@@ -51,4 +51,4 @@ class Gecatsim:
 
 
 if __name__ == "__main__":
-    run(Gecatsim)
+    run(XrayTask, Gecatsim)

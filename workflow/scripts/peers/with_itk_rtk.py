@@ -4,7 +4,7 @@ import sys
 
 import itk
 import numpy as np
-from _xray import Problem, run
+from _adapter import XrayTask, run
 from itk import RTK as rtk
 
 IMAGE = itk.Image[itk.F, 3]
@@ -14,7 +14,7 @@ BACK = {"joseph": "BP_JOSEPH", "voxels": "BP_VOXELBASED"}
 class ItkRtk:
     """Source and detector in coordinates about the middle of the slices."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: XrayTask) -> None:
         facts, d = problem.facts, problem.facts["detector"]
         shape, spacing = np.array(facts["shape"]), np.array(facts["spacing_mm"])
         half = spacing * (shape[::-1] - 1) / 2
@@ -50,4 +50,4 @@ class ItkRtk:
 
 
 if __name__ == "__main__":
-    run(ItkRtk)
+    run(XrayTask, ItkRtk)

@@ -1,7 +1,7 @@
 """The problem solved by mammosim as a user does: one call, which chooses its solver and its steps."""
 
 import numpy as np
-from _peer import NotConverged, Path, Problem, run
+from _adapter import Hemisphere, NotConverged, Path, run
 
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.mesh import TetMesh
@@ -14,7 +14,7 @@ GRAVITY = np.array([0.0, 0.0, 1.0])
 
 
 class Mammosim:
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Hemisphere) -> None:
         self.mesh = TetMesh(problem.points, problem.cells, problem.tissue, problem.boundaries)
         self.tissues = tissues_by_label(problem.case["tissues"])
         self.skin = Skin(**problem.case["membrane"]) if problem.case["membrane"] else None
@@ -34,4 +34,4 @@ class Mammosim:
 
 
 if __name__ == "__main__":
-    run(Mammosim)
+    run(Hemisphere, Mammosim)

@@ -3,7 +3,7 @@
 import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
-from _peer import NotConverged, Path, Problem, in_load_steps, run
+from _adapter import Hemisphere, NotConverged, Path, in_load_steps, run
 
 MAX_ITERATIONS = 30
 # NGSolve measures the last correction in the norm of the energy; what it leaves is of second order.
@@ -20,7 +20,7 @@ BUBBLE_AT_MIDDLE = -1 / 8  # of the function that NGSolve adds on an edge
 class NGSolve:
     """corners: nodes that are vertices; middles (n_edge,): the node on each edge of NGSolve."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Hemisphere) -> None:
         self.problem = problem
         self.corners = np.unique(problem.cells[:, :4])
         raw = netgen.Mesh(dim=3)
@@ -84,4 +84,4 @@ class NGSolve:
 
 
 if __name__ == "__main__":
-    run(NGSolve)
+    run(Hemisphere, NGSolve)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import skfem
-from _peer import NotConverged, Path, Problem, in_load_steps, run
+from _adapter import Hemisphere, NotConverged, Path, in_load_steps, run
 from pypardiso import PyPardisoSolver
 from scipy.sparse import triu
 from skfem.helpers import ddot, det, grad, identity, inv, mul, transpose
@@ -39,7 +39,7 @@ def tangent(du: skfem.DiscreteField, v: skfem.DiscreteField, w: dict) -> np.ndar
 class ScikitFem:
     """node_dofs (n_node, 3): the unknowns of each node."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Hemisphere) -> None:
         self.problem = problem
         self.mesh = skfem.MeshTet2(problem.points.T, problem.cells.T)
 
@@ -80,4 +80,4 @@ class ScikitFem:
 
 
 if __name__ == "__main__":
-    run(ScikitFem)
+    run(Hemisphere, ScikitFem)

@@ -4,62 +4,89 @@ The chest wall is the plane z = 0, where `posterior` lies; z points outward.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
-from mammosim.core.errors import MeshError
+from mammosim.core.errors import ConfigurationError, MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, TetMesh
+from mammosim.core.settings import Count, Limits, Settings, Triple
 from mammosim.meshing.quality import quality
 from mammosim.meshing.shapes import ball_part, box, with_layer
 
+Length = Annotated[float, Limits(above=0, at_most=1000, advice="in mm: was it given in m?")]
 # Nodes of a quadratic tetrahedron with two vertices exchanged: its mirror image.
 _MIRRORED = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]
 _SPOILT = 3  # how many elements a defect spoils
 
 
-def ball(*, radius_mm: float, edge_mm: float, octant: bool = False, layer_mm: float = 0.0) -> TetMesh:
-    """Half of a ball of outer radius radius_mm, or an octant, with a layer of solid SKIN on the sphere."""
-    inner = radius_mm - layer_mm
-    mesh = ball_part(inner, edge_mm, octant=octant)
-    return with_layer(mesh, mesh.points * (radius_mm / inner)) if layer_mm else mesh
+@dataclass(frozen=True)
+class Slivers(Settings):
+    """How many elements are squeezed, to which part of their height."""
+
+    count: Annotated[int, Limits(at_least=1, at_most=1000)]
+    height: Annotated[float, Limits(at_least=0, at_most=1)]
 
 
-def brick(*, counts: list[int], size_mm: list[float], layer_mm: float = 0.0) -> TetMesh:
-    """A box, size without the layer of solid SKIN on its top."""
-    mesh = box((counts[0], counts[1], counts[2]), (size_mm[0], size_mm[1], size_mm[2]))
-    if not layer_mm:
-        return mesh
-    skin = mesh.boundaries["skin"]
-    top = skin[np.all(np.isclose(mesh.points[skin][:, :, 2], size_mm[2]), axis=1)]
-    covered = replace(mesh, boundaries={**mesh.boundaries, "top": top})
-    return with_layer(covered, mesh.points + [0.0, 0.0, layer_mm], boundary="top")
+@dataclass(frozen=True, kw_only=True)
+class Shape(Settings):
+    """stretched: factors of x, y, z; defect: a name of DEFECTS; layer_mm: of solid SKIN, outside."""
+
+    layer_mm: Annotated[float, Limits(at_least=0, at_most=10)] = 0.0
+    stretched: Triple | None = None
+    slivers: Slivers | None = None
+    defect: str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.defect is not None and self.defect not in DEFECTS:
+            raise ConfigurationError(f"unknown defect {self.defect!r}; choose one of: {', '.join(DEFECTS)}")
+
+    def unspoilt(self) -> TetMesh:
+        """As it is before it is stretched or spoilt."""
+        raise NotImplementedError
+
+    def mesh(self) -> TetMesh:
+        """The body at rest. Raises MeshError where it cannot be spoilt like that."""
+        mesh = self.unspoilt()
+        if self.stretched is not None:
+            mesh = mesh.moved_to(mesh.points * self.stretched)
+        if self.slivers is not None:
+            mesh = with_slivers(mesh, count=self.slivers.count, height=self.slivers.height)
+        return DEFECTS[self.defect](mesh) if self.defect else mesh
 
 
-SHAPES: Mapping[str, Callable[..., TetMesh]] = {"ball": ball, "brick": brick}
+@dataclass(frozen=True, kw_only=True)
+class Ball(Shape):
+    """Half of a ball of outer radius radius_mm, or an octant, with the layer on the sphere."""
+
+    radius_mm: Length
+    edge_mm: Length
+    octant: bool = False
+
+    def unspoilt(self) -> TetMesh:
+        inner = self.radius_mm - self.layer_mm
+        mesh = ball_part(inner, self.edge_mm, octant=self.octant)
+        return with_layer(mesh, mesh.points * (self.radius_mm / inner)) if self.layer_mm else mesh
 
 
-def body(
-    shape: str,
-    *,
-    stretched: list[float] | None = None,
-    slivers: Mapping[str, Any] | None = None,
-    defect: str | None = None,
-    **sizes: Any,
-) -> TetMesh:
-    """A body by the name of its shape and its sizes; see SHAPES.
+@dataclass(frozen=True, kw_only=True)
+class Brick(Shape):
+    """A box of so many bricks, size without the layer on its top."""
 
-    stretched: factors of x, y, z; slivers: how many elements to squeeze to which part of their height;
-    defect: a name of DEFECTS.
-    """
-    mesh = SHAPES[shape](**sizes)
-    if stretched is not None:
-        mesh = mesh.moved_to(mesh.points * stretched)
-    if slivers is not None:
-        mesh = with_slivers(mesh, **slivers)
-    return DEFECTS[defect](mesh) if defect else mesh
+    counts: tuple[Count, Count, Count]
+    size_mm: tuple[Length, Length, Length]
+
+    def unspoilt(self) -> TetMesh:
+        mesh = box(self.counts, self.size_mm)
+        if not self.layer_mm:
+            return mesh
+        skin = mesh.boundaries["skin"]
+        top = skin[np.all(np.isclose(mesh.points[skin][:, :, 2], self.size_mm[2]), axis=1)]
+        covered = replace(mesh, boundaries={**mesh.boundaries, "top": top})
+        return with_layer(covered, mesh.points + [0.0, 0.0, self.layer_mm], boundary="top")
 
 
 def with_slivers(mesh: TetMesh, *, count: int, height: float) -> TetMesh:

@@ -1,13 +1,14 @@
 """The hanging hemisphere as a problem for several programs: the same mesh, law, load and residual for all."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import numpy as np
 
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
+from mammosim.core.settings import Count, Limits, Positive, Settings, read
 from mammosim.core.tissues import Tissue
 from mammosim.core.units import KPA_PER_MM_PER_G_CM3
 from mammosim.io.tabulated import tabulated
@@ -22,26 +23,25 @@ AWAY_FROM_THE_HELD_FACE = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class Case:
+class Case(Settings):
     """One material: E [kPa], nu [-]; skin as a layer of solid elements, as a membrane, or none.
 
-    reference: a case of the table hemisphere_gravity, whose apex it should have.
-
-    Raises MechanicsError when a parameter is out of range.
+    reference: a case of the table hemisphere_gravity, whose apex it should have; load_steps: how many equal
+    ones a program begins with, one unless stated.
     """
 
-    youngs_modulus_kpa: float
-    poisson_ratio: float
+    youngs_modulus_kpa: Positive
+    poisson_ratio: Annotated[float, Limits(at_least=0, below=0.5)]
     layer: Skin | None = None
     membrane: Skin | None = None
     reference: str | None = None
+    load_steps: Mapping[str, Count] = field(default_factory=dict)
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> "Case":
-        """A case as configured."""
-        skins = {name: Skin(**values[name]) for name in ("layer", "membrane") if name in values}
-        reference = values.get("reference")
-        return cls(values["youngs_modulus_kpa"], values["poisson_ratio"], **skins, reference=reference)
+        """A case as configured. Raises ConfigurationError for a key or value that cannot be."""
+        case: Case = read(cls, values, "case")
+        return case
 
     @property
     def tissues(self) -> dict[Label, Tissue]:
@@ -92,24 +92,24 @@ def hemisphere(edge_mm: float, *, layer_mm: float = 0.0) -> TetMesh:
     return with_layer(mesh, mesh.points * RADIUS_MM / inner) if layer_mm else mesh
 
 
-def result(
-    case: Case, mesh: TetMesh, found: Mapping[str, Any], *, displacements_only: bool
-) -> dict[str, Any]:
-    """Of what a program found: how far the apex moved [mm], its error, the residual; nan if nothing.
+def result(case: Case, mesh: TetMesh, u: np.ndarray | None, *, displacements_only: bool) -> dict[str, Any]:
+    """Of the displacements u (n_node, 3) mm: how far the apex moved [mm], its error, the residual.
+
+    All nan where a program found none.
 
     residual: norm of the free forces over that of the weight on them, by this package for every program.
     """
     held = np.zeros(mesh.points.shape, dtype=bool)
     held[mesh.boundary_nodes("posterior")] = True
     unknowns = int((~held).sum())
-    if "u" not in found:
+    if u is None:
         nothing = dict.fromkeys(("apex_mm", "error_percent", "residual"), np.nan)
         return {"law": "", "unknowns": unknowns, **nothing}
     potential = case.potential(mesh, displacements_only=displacements_only)
-    x = mesh.points + found["u"]
+    x = mesh.points + u
     free = np.linalg.norm(potential.gradient(x)[~held])
     weight = np.linalg.norm(potential.gradient(mesh.points)[~held])
-    apex_mm = float(found["u"][np.argmax(mesh.points[:, 2]), 2])
+    apex_mm = float(u[np.argmax(mesh.points[:, 2]), 2])
     return {
         "law": DISPLACEMENTS if isinstance(potential.effects[0], NeoHookean) else WITH_PRESSURE,
         "unknowns": unknowns,

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import binary_erosion, gaussian_filter
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.rng import generator
@@ -19,6 +19,8 @@ SEED = 6
 ADIPOSE, GLANDULAR = 1, 2
 BLOB_MM = 2.0
 SUPPORT_MM, SOURCE_MM = 15.0, 650.0  # above the detector
+COARSER = 8  # times, of what warms a program up
+THROUGH = 0.999  # share of the straight way through all slices, of rays that cross their top and bottom
 MATERIALS = ("air", "adipose", "glandular")
 
 
@@ -70,16 +72,44 @@ def beam(energies: int) -> Spectrum:
     return tube_spectrum("W", "Rh", 0.05, 28.0).rebinned(energies)
 
 
-def scene_facts(scene: ExposureSetup) -> dict[str, Any]:
-    """A scene but for its voxels, in plain values: mm, keV, photons per mm2 and mAs at a distance."""
-    grid, d, spectrum = scene.phantom.grid, scene.geometry.detector, scene.spectrum
+def setup_facts(setup: ExposureSetup) -> dict[str, Any]:
+    """A setup but for its voxels, in plain values: mm, keV, photons per mm2 and mAs at a distance."""
+    grid, d, spectrum = setup.phantom.grid, setup.geometry.detector, setup.spectrum
     return {
         "spacing_mm": grid.spacing.tolist(),
         "origin_mm": grid.origin.tolist(),
-        "materials": [vars(m) for m in scene.phantom.materials],
-        "source_mm": np.asarray(scene.geometry.source, float).tolist(),
+        "materials": [vars(m) for m in setup.phantom.materials],
+        "source_mm": np.asarray(setup.geometry.source, float).tolist(),
         "detector": {name: np.asarray(value).tolist() for name, value in vars(d).items()},
         "energies_kev": spectrum.energies_kev.tolist(),
         "fluence": spectrum.fluence.tolist(),
         "distance_mm": spectrum.distance_mm,
+    }
+
+
+def ways(geometry: Geometry) -> np.ndarray:
+    """Distance (nv, nu) of the pixels' centres from the source, mm."""
+    d = geometry.detector
+    rows, columns = np.indices(d.shape)
+    ends = d.origin + d.pixel_mm * (columns[..., None] * d.u + rows[..., None] * d.v)
+    return np.linalg.norm(ends - geometry.source, axis=-1)
+
+
+def through(phantom: Phantom, geometry: Geometry, lengths: np.ndarray) -> np.ndarray:
+    """(nv, nu) bool: pixels all of whose rays cross all slices inside the body, as their lengths
+    (nv, nu, n_material) and those of the pixels around them say."""
+    thickness = phantom.grid.spacing[2] * phantom.grid.shape[0]
+    whole = thickness * ways(geometry) / geometry.source_height_mm
+    return binary_erosion(lengths[..., 1:].sum(axis=-1) > THROUGH * whole)
+
+
+def coarsened(
+    voxels: tuple[int, int, int], voxel_mm: float, pixels: tuple[int, int], pixel_mm: float
+) -> dict[str, Any]:
+    """The same lengths in COARSER times fewer voxels and pixels."""
+    return {
+        "voxels": tuple(max(n // COARSER, 2) for n in voxels),
+        "voxel_mm": voxel_mm * COARSER,
+        "pixels": tuple(max(n // COARSER, 2) for n in pixels),
+        "pixel_mm": pixel_mm * COARSER,
     }
