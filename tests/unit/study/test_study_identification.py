@@ -10,25 +10,31 @@ from mammosim.core.errors import IdentificationError, MechanicsError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
+from mammosim.core.settings import read
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.meshing.shapes import ball_part, box
 from mammosim.study.identification import pair as pairs
 from mammosim.study.identification.diagnosis import chest_motion, require_explained, require_one_body
-from mammosim.study.identification.fit import FitSettings, fitted
-from mammosim.study.identification.moduli import KEYS, Moduli
-from mammosim.study.identification.pair import Errors, Pair, Position
+from mammosim.study.identification.fit import fitted
+from mammosim.study.identification.moduli import KEYS, Materials, Moduli
+from mammosim.study.identification.pair import Pair, Position
 from mammosim.study.identification.posterior import covariance, draws, is_resolved, moduli_table
-from mammosim.study.identification.problem import N_MODULI, Prior, Problem
+from mammosim.study.identification.problem import N_MODULI, Problem
 from mammosim.study.identification.search import grid_table
+from mammosim.study.identification.settings import Errors, FitSettings, Grid, Prior
 
 NU = 0.45
-ASSUMED = {
-    "tissues": {
-        name: {"youngs_modulus_kpa": 1.0, "poisson_ratio": NU, "density_g_cm3": 1.0}
-        for name in ("adipose", "glandular", "muscle")
+ASSUMED = read(
+    Materials,
+    {
+        "tissues": {
+            name: {"youngs_modulus_kpa": 1.0, "poisson_ratio": NU, "density_g_cm3": 1.0}
+            for name in ("adipose", "glandular", "muscle")
+        },
+        "skin": {"youngs_modulus_kpa": 10.0, "poisson_ratio": NU, "thickness_mm": 1.5},
     },
-    "skin": {"youngs_modulus_kpa": 10.0, "poisson_ratio": NU, "thickness_mm": 1.5},
-}
+    "tissues",
+)
 LEFT = {"adipose": 1.0, "glandular": 2.5, "skin": 9.0, "muscle": 30.0}
 RIGHT = {"adipose": 1.4, "glandular": 2.0, "skin": 13.0, "muscle": 30.0}
 TRUE = {(side, tissue): E for side, of in (("left", LEFT), ("right", RIGHT)) for tissue, E in of.items()}
@@ -186,7 +192,7 @@ def test_draws_have_the_posteriors_spread_and_begin_with_the_fit(problem, fit):
 
 
 def test_the_search_by_hand_is_lowest_near_the_truth_and_says_what_it_refused(problem):
-    table = grid_table(problem, breast_kpa=[0.01, 1.5, 6.0], skin_kpa=[10.0])
+    table = grid_table(problem, Grid(breast_kpa=[0.01, 1.5, 6.0], skin_kpa=[10.0]))
     assert table.breast_kpa[table.skin_rms_mm.idxmin()] == 1.5
     assert table.outcome[0].startswith("refused: ")
 

@@ -2,37 +2,17 @@
 
 import logging
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.mechanics.analysis import shared_analysis
-from mammosim.study.identification.pair import Errors
 from mammosim.study.identification.problem import MECHANICAL, Problem, Sensitivities, State
+from mammosim.study.identification.settings import Errors, FitSettings
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class FitSettings:
-    """tolerance: of the last step, in standard deviations of the posterior; largest_step: of ln E.
-
-    stalled: a step up to so many standard deviations ends the fit, too, where it lowers Phi no more: nearest
-    points change from one element to the next, and there Phi has kinks. It is added to the covariance.
-
-    errors: the least that the data are taken to have; after iteration `settled` they stay as they are, since
-    few data could trade their errors against each other for long; halvings: of a step that raises Phi.
-    """
-
-    tolerance: float = 0.1
-    stalled: float = 0.5
-    max_iterations: int = 15
-    largest_step: float = 0.7
-    halvings: int = 4
-    settled: int = 3
-    errors: Errors = field(default_factory=lambda: Errors(skin_mm=0.2, marker_mm=0.7))
 
 
 class FitStep(NamedTuple):

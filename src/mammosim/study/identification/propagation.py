@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from mammosim.core.progress import progress
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.unloaded import Unloaded
-from mammosim.study.identification.moduli import Moduli
+from mammosim.study.identification.moduli import Materials, Moduli
 
 log = logging.getLogger(__name__)
 
@@ -36,7 +36,7 @@ class Unload(Protocol):
         ...
 
 
-def drawn_body(mesh: TetMesh, draw: Mapping[str, float], assumed: Mapping[str, Any]) -> Body:
+def drawn_body(mesh: TetMesh, draw: Mapping[str, float], assumed: Materials) -> Body:
     """The body of a row of posterior.draws; assumed: what the fit takes as known, see Moduli.body."""
     nu = float(draw["poisson_ratio"])
     return Moduli.of_draw(draw).body(mesh, assumed, middle_mm=0.0, poisson_ratio=nu)

@@ -1,7 +1,5 @@
 """The search by hand: one modulus for fat and gland, one for skin, and what each pair of them leaves."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pandas as pd
 
@@ -12,15 +10,16 @@ from mammosim.mechanics.analysis import shared_analysis
 from mammosim.study.identification.fit import left_over
 from mammosim.study.identification.moduli import KEYS
 from mammosim.study.identification.problem import Problem
+from mammosim.study.identification.settings import Grid
 
 
 @shared_analysis()
-def grid_table(problem: Problem, *, breast_kpa: Sequence[float], skin_kpa: Sequence[float]) -> pd.DataFrame:
+def grid_table(problem: Problem, grid: Grid) -> pd.DataFrame:
     """A row per pair: breast_kpa (fat and gland, both sides), skin_kpa, skin_rms_mm, marker_rms_mm, outcome.
 
     Everything else as the prior's mean. A pair without equilibrium has no numbers but a reason.
     """
-    pairs = [(breast, skin) for breast in breast_kpa for skin in skin_kpa]
+    pairs = [(breast, skin) for breast in grid.breast_kpa for skin in grid.skin_kpa]
     return pd.DataFrame(_row(problem, *pair) for pair in progress(pairs, label="grid", total=len(pairs)))
 
 

@@ -6,9 +6,13 @@ import platform
 import re
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 import pandas as pd
+
+# What sentences quote, by dotted name, e.g. sweep.small.1.nipple_left_mm; None where there is none.
+Numbers = Mapping[str, float | str | None]
+# The nested plain values of a configuration, as YAML has them.
+Configuration = Mapping[str, object]
 
 PACKAGES = (
     "mammosim",
@@ -51,11 +55,11 @@ def numbers(
     return found
 
 
-def _word(value: Any) -> str:
+def _word(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value).replace(" ", "_")
 
 
-def _plain(value: Any) -> float | str | None:
+def _plain(value: float | str) -> float | str | None:
     if pd.isna(value):
         return None
     return value.item() if hasattr(value, "item") else value
@@ -92,7 +96,7 @@ def citations(sources: Mapping[str, str]) -> dict[str, list[str]]:
     return {key: sorted(files) for key, files in sorted(found.items())}
 
 
-def provenance(configuration: Mapping[str, Any], *, lock: str, assumed: pd.DataFrame) -> dict[str, Any]:
+def provenance(configuration: Configuration, *, lock: str, assumed: pd.DataFrame) -> dict[str, object]:
     """Versions, and digests of the configuration and of the text of the environment's lock."""
     return {
         "python": platform.python_version(),
@@ -104,7 +108,7 @@ def provenance(configuration: Mapping[str, Any], *, lock: str, assumed: pd.DataF
     }
 
 
-def digest(values: Mapping[str, Any]) -> str:
+def digest(values: Configuration) -> str:
     """SHA-256 of nested values, whatever the order of their keys."""
     return hashlib.sha256(json.dumps(values, sort_keys=True, default=str).encode()).hexdigest()
 
