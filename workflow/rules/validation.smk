@@ -2,7 +2,7 @@
 VALIDATION = config["validation"]
 PROPAGATION = config["propagation"]
 WRONG_MODEL = VALIDATION["wrong_model"]
-TWINS = [*WRONG_MODEL, *WRONG_MODEL.values()]
+WITH_REFERENCES = [*WRONG_MODEL, *WRONG_MODEL.values()]
 PAGES["wrong_model"] = {"tables": ["wrong_model", "wrong_model_moduli"], "figures": ["wrong_model"]}
 PRESSED = ["fit", *range(PROPAGATION["pressed"])]
 
@@ -159,17 +159,17 @@ rule figure_validation:
 
 
 rule wrong_model_table:
-    """What a fit whose model leaves something out costs: errors and moduli beside those of a woman's twin."""
+    """What a fit whose model leaves something out costs: errors and moduli beside those of a reference volunteer."""
     input:
-        validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in TWINS for p in validated(v)],
-        moduli=expand("results/identification/{v}/moduli.csv", v=TWINS),
+        validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in WITH_REFERENCES for p in validated(v)],
+        moduli=expand("results/identification/{v}/moduli.csv", v=WITH_REFERENCES),
         library=library("wrong_model_table.py"),
     output:
         table="results/study/wrong_model.csv",
         moduli="results/study/wrong_model_moduli.csv",
         numbers="results/study/wrong_model.json",
     params:
-        twins=WRONG_MODEL,
+        references=WRONG_MODEL,
     log:
         "results/logs/wrong_model_table/all.log",
     benchmark:

@@ -13,7 +13,7 @@ from mammosim.io.transforms import read_transform
 from mammosim.mechanics.inverse import InverseSettings, inverse
 from mammosim.mechanics.sides import SIDES
 from mammosim.study.identification.moduli import Materials
-from mammosim.study.identification.propagation import drawn_body, nipple_table, posed
+from mammosim.study.identification.propagation import drawn_body, nipple_table, repositioned
 
 # Of the weight: Newton has then two steps behind it, and its next one moves the skin by 0.01 mm or less.
 TOLERANCE = 1e-2
@@ -25,7 +25,7 @@ def main(files: dict[str, str], volunteer: str, settings: dict) -> None:
     turned = [read_transform(files[name]).R for name in ("from_transform", "to_transform")]
     gravity, new_gravity = (R @ gravity_vector(text) for R, text in zip(turned, settings["gravity"]))
     assumed = read(Materials, settings["tissues"], "tissues")
-    draws = posed(
+    draws = repositioned(
         mesh,
         [drawn_body(mesh, draw, assumed) for _, draw in samples.iterrows()],
         unload=partial(inverse, settings=InverseSettings(tolerance=TOLERANCE)),

@@ -18,8 +18,8 @@ def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:
     for number, draw in read_table(files["samples"]).head(settings["draws"]).iterrows():
         rest = read_point_data(files["rests"], f"draw_{number}")
         body = drawn_body(mesh, draw, assumed)
-        refused = not np.isfinite(rest).all()
-        energies.append(np.nan if refused else stored_energy(body, mesh.moved_to(rest), x) / UJ_PER_MJ)
+        known = np.isfinite(rest).all()
+        energies.append(stored_energy(body, mesh.moved_to(rest), x) / UJ_PER_MJ if known else np.nan)
     table = pd.DataFrame({"draw": range(len(energies)), "stored_energy_mj": energies})
     write_table(table.assign(**job)[[*job, "draw", "stored_energy_mj"]], out)
 

@@ -1,4 +1,4 @@
-"""The moduli of all made volunteers, how often each was found, and the numbers that the page quotes."""
+"""The moduli of all virtual patients, how often each was found, and the numbers that the page quotes."""
 
 import _log
 import pandas as pd

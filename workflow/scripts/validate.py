@@ -2,7 +2,7 @@
 
 import _stage
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.core.positions import gravity_vector
 from mammosim.core.settings import read
 from mammosim.io.fiducials import read_fiducials
@@ -30,7 +30,7 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
     table = rows(
         job,
         found,
-        found=errors(start, found.points, *measured) if found.outcome == VERIFIED else {},
+        found=errors(start, found.points, *measured) if found.outcome == CONVERGED else {},
         before=errors(start, mesh.points, *measured),
         published={"skin_hausdorff": published.get(job["position"], float("nan"))},
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.discomfort import amounts_above, skin_measures, tissue_measures
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.plates import plate_facts
 from mammosim.chain.strategies import PressSetup
 from mammosim.chain.thickness import thickness_map
@@ -106,7 +106,7 @@ def _row(
         "energy_mj": float(last.energy_uj / UJ_PER_MJ),
         "work_mj": float(last.work_uj / UJ_PER_MJ),
         "seconds": float(found.path.seconds.sum()),
-        "outcome": VERIFIED,
+        "outcome": CONVERGED,
     }
 
 

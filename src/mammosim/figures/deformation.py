@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from mammosim.chain.outcome import CONVERGED
 from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.outlines import draw_outlines
@@ -20,7 +21,8 @@ MARKERS = ("o", "s", "D", "^", "v", "P")
 def sweep(table: pd.DataFrame) -> Figure:
     """Nipple error and largest displacement against the modulus (the report's figure 1.14).
 
-    table: rows of study.sweep.sweep_row. A refused row is a cross at the top, one line per volunteer.
+    table: rows of study.sweep.sweep_row. A row without solution is a cross at the top, in
+    the colour of its volunteer.
     """
     figure = new_figure(3.2)
     error, way = figure.subplots(1, 2)
@@ -44,8 +46,8 @@ def sweep(table: pd.DataFrame) -> Figure:
     for ax in (error, way):
         _draw_modulus_axis(ax, table.youngs_modulus_kpa)
         for number, (volunteer, rows) in enumerate(table.groupby("volunteer")):
-            refused = rows[rows.outcome != "verified"].youngs_modulus_kpa
-            _draw_refused(ax, refused, f"{volunteer}, no verified equilibrium", number)
+            unsolved = rows[rows.outcome != CONVERGED].youngs_modulus_kpa
+            _draw_unsolved(ax, unsolved, f"{volunteer}, no equilibrium found", number)
     figure.legend(*error.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
@@ -59,7 +61,7 @@ def _draw_modulus_axis(ax: Axes, moduli: pd.Series) -> None:
     ax.set_xlabel("Young's modulus of the breast (kPa)")
 
 
-def _draw_refused(ax: Axes, moduli: pd.Series, label: str, number: int) -> None:
+def _draw_unsolved(ax: Axes, moduli: pd.Series, label: str, number: int) -> None:
     if len(moduli):
         ax.plot(
             moduli,
@@ -133,7 +135,7 @@ def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
             history = rows[(rows.volunteer == woman) & (rows.method == method)].sort_values("iteration")
             style = {"color": series_colour(number), "marker": MARKERS[number % len(MARKERS)]}
             ax.semilogy(history.iteration, history.max_mm, label=method.replace("_", " "), **style)
-        ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="asked")
+        ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="tolerance")
         ax.set(xlabel="iteration", title=str(woman))
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[0].set_ylabel("largest distance of the reloaded\nfrom the measured skin (mm)")

@@ -38,7 +38,7 @@ def _draw_map(figure: Figure, ax: Axes, grid: pd.DataFrame) -> None:
     middle = np.nanmean([np.nanmin(left.values), np.nanmax(left.values)])
     for i, row in enumerate(left.values):
         for j, value in enumerate(row):
-            words = f"{value:.2f}" if np.isfinite(value) else "refused"
+            words = f"{value:.2f}" if np.isfinite(value) else "failed"
             colour = "white" if np.isfinite(value) and value < middle else INK
             ax.text(j, i, words, ha="center", va="center", color=colour, fontsize=8)
     ax.set_xticks(range(len(left.columns)), [f"{E:g}" for E in left.columns])

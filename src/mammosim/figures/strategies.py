@@ -121,7 +121,7 @@ def _draw_marks(axes: np.ndarray, marks: Marks) -> None:
 def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     """How thick the pressed breast is, seen from above, a panel per strategy on a common scale.
 
-    maps: strategy -> rows of chain.thickness.thickness_map, none where it was refused. Lines are 5 mm
+    maps: strategy -> rows of chain.thickness.thickness_map, none where it failed. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
     figure = new_figure(2.7)
@@ -130,7 +130,7 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     scale = Normalize(0.6 * min(medians), 1.25 * max(medians))
     for ax, (name, rows) in zip(axes, maps.items()):
         if rows.empty:
-            _say_refused(ax, name)
+            _say_failed(ax, name)
         else:
             _draw_map(ax, rows, scale)
             ax.set_title(f"{name}\nmedian {rows.thickness_mm.median():.1f} mm", fontsize=8)
@@ -151,8 +151,8 @@ def _draw_map(ax: Axes, rows: pd.DataFrame, scale: Normalize) -> None:
     ax.set_xlabel("across (mm)")
 
 
-def _say_refused(ax: Axes, name: str) -> None:
-    ax.set_title(f"{name}\nrefused", fontsize=8)
+def _say_failed(ax: Axes, name: str) -> None:
+    ax.set_title(f"{name}\nfailed", fontsize=8)
     ax.set_axis_off()
 
 

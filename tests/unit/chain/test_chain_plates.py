@@ -59,12 +59,12 @@ def test_headlines_tell_extremes_and_leave_out_what_is_absent():
             "volunteer": ["a", "a"],
             "skin_kpa": [10.0, 0.0],
             "from_rest_mm": [30.0, 40.0],
-            "outcome": ["verified", "verified"],
+            "outcome": ["converged", "converged"],
         }
     )
     found = headlines({"upright": upright})
     assert found["headline.skin_reduction_max_percent"] == pytest.approx(25.0)
-    assert found["headline.upright_refused"] == 0
+    assert found["headline.upright_unsolved"] == 0
     assert found["headline.dose_max_mgy"] is None
 
 

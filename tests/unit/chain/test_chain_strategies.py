@@ -134,7 +134,7 @@ def test_what_is_told_of_the_strategies(setup, standard, reduced):
     told = numbers_of_strategies(pd.DataFrame(rows + stiff + none))
     assert told["moduli_force_ratio"] == pytest.approx(5)
     assert told["reduced_thicker_percent"] == pytest.approx(100 * (reduced.path.readout_mm.iloc[-1] / 24 - 1))
-    assert told["strategies_refused"] == 1
+    assert told["strategies_unsolved"] == 1
     assert told["unlevel_most_mm"] == 0
 
 

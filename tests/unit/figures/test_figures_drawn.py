@@ -51,10 +51,10 @@ def sweep_table() -> pd.DataFrame:
     rows = [
         {"volunteer": v, "youngs_modulus_kpa": E, "nipple_left_mm": 9 / E, "nipple_right_mm": 8 / E,
          "max_displacement_mm": 20 / E, "supine_left_mm": 30.0, "supine_right_mm": 28.0,
-         "outcome": "verified"}
+         "outcome": "converged"}
         for v in ("small", "large") for E in (0.5, 5.0)
     ]  # fmt: skip
-    rows[0] |= {"nipple_left_mm": np.nan, "max_displacement_mm": np.nan, "outcome": "refused"}
+    rows[0] |= {"nipple_left_mm": np.nan, "max_displacement_mm": np.nan, "outcome": "failed: unloading: -"}
     return pd.DataFrame(rows)
 
 
@@ -123,7 +123,7 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "unloading": lambda t: unloading.unloading(
         pd.DataFrame({"volunteer": "small", "youngs_modulus_kpa": [0.2, 1.0] * 2,
                       "method": ["fixed_point"] * 2 + ["inverse"] * 2,
-                      "outcome": ["refused: -"] + ["found"] * 3,
+                      "outcome": ["failed: -"] + ["converged"] * 3,
                       "error_mean_mm": [np.nan, 1e-3, 1e-4, 1e-5], "round_max_mm": [np.nan, 0.05, 1e-3, 1e-4],
                       "forward_solves": [np.nan, 6.0, 3.0, 1.5]})
     ),
@@ -161,9 +161,9 @@ def test_drawing_leaves_the_settings_of_the_session_alone(torso):
     assert dict(mpl.rcParams) == before
 
 
-def test_a_refused_row_is_a_cross_and_not_a_point(torso):
+def test_a_row_without_solution_is_a_cross_and_not_a_point(torso):
     figure = deformation.sweep(sweep_table())
-    crosses = [line for line in figure.axes[0].lines if "no verified" in str(line.get_label())]
+    crosses = [line for line in figure.axes[0].lines if "no equilibrium" in str(line.get_label())]
     np.testing.assert_array_equal(crosses[0].get_xdata(), [0.5])
 
 

@@ -1,4 +1,4 @@
-"""Other moduli on the same stress-free shape: what is scaled, what is reported, what a refusal leaves."""
+"""Other moduli on the same stress-free shape: what is scaled, what is reported, what a failure leaves."""
 
 from types import SimpleNamespace
 
@@ -92,10 +92,10 @@ def test_twice_as_stiff_takes_twice_the_force_and_at_the_same_force_is_pressed_h
     assert (table.agd_mgy == 2 * table.thickness_mm).all()
 
 
-def test_a_refusal_is_a_row_with_its_reason(today):
+def test_a_change_that_fails_is_a_row_with_its_reason(today):
     row = rows(today, read(Materials, ASSUMED, "tissues"), [("glandular", 3.0)]).iloc[-1]
     assert np.isnan(row.force_n)
-    assert row.outcome == "refused: the plates meet the chest wall"
+    assert row.outcome == "failed: the plates meet the chest wall"
 
 
 def test_the_page_tells_the_largest_changes_against_today(today):

@@ -14,7 +14,7 @@ def test_numbers_are_named_by_table_row_and_column():
     assert json.loads(json.dumps(found)) == found
 
 
-def test_rows_that_share_a_name_are_refused():
+def test_rows_that_share_a_name_are_rejected():
     table = pd.DataFrame({"volunteer": ["small", "small"], "error_mm": [1.0, 2.0]})
     with pytest.raises(ValueError, match="not told apart by volunteer"):
         numbers({"sweep": table}, {"sweep": ("volunteer",)})

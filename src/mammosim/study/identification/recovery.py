@@ -9,7 +9,7 @@ from mammosim.core.errors import ConfigurationError
 
 KEY = ["volunteer", "side", "tissue"]
 COLUMNS = ["true_kpa", "fitted_kpa", "low_kpa", "high_kpa", "inside_95", "identifiable"]
-SHARE_OF_VOLUNTEERS = 0.9  # of the made ones, in which a modulus shall lie in its interval
+SHARE_OF_VOLUNTEERS = 0.9  # of the virtual patients, in which a modulus shall lie in its interval
 
 
 def scored(fitted: pd.DataFrame, truth: pd.DataFrame, *, seed: int, seconds: float) -> pd.DataFrame:

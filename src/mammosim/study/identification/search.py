@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.progress import progress
 from mammosim.mechanics.analysis import shared_analysis
@@ -32,6 +32,6 @@ def _row(problem: Problem, breast: float, skin: float) -> dict[str, float | str]
     try:
         state = problem.predicted(theta)
     except EquilibriumError as error:
-        return moduli | {"skin_rms_mm": np.nan, "marker_rms_mm": np.nan, "outcome": f"refused: {error}"}
+        return moduli | {"skin_rms_mm": np.nan, "marker_rms_mm": np.nan, "outcome": unsolved(error)}
     skin_rms, marker_rms = left_over(problem, state)
-    return moduli | {"skin_rms_mm": skin_rms, "marker_rms_mm": marker_rms, "outcome": VERIFIED}
+    return moduli | {"skin_rms_mm": skin_rms, "marker_rms_mm": marker_rms, "outcome": CONVERGED}

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.graph import Chain
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.core.errors import MammosimError
 from mammosim.core.progress import progress
@@ -58,7 +58,7 @@ def _made_of(chain: Chain, materials: Materials) -> Chain:
 
 
 def _measured(today: Chain, other: Chain, force_n: float) -> dict[str, float | str]:
-    """MEASURED of a variant, and VERIFIED or why it was refused."""
+    """MEASURED of a variant, and CONVERGED or why it was not solved."""
     nipple = QUANTITIES["nipple_mm"]
     # The way to today's thickness is gone on, or left, where the force is today's.
     at_force = other.with_settings({"load.strategy": {"until": {"force_n": force_n}}})
@@ -71,14 +71,14 @@ def _measured(today: Chain, other: Chain, force_n: float) -> dict[str, float | s
             at_force["exposed_dose"].dose_mgy,
         )
     except MammosimError as error:
-        return dict.fromkeys(MEASURED, np.nan) | {"outcome": f"refused: {error}"}
-    return dict(zip(MEASURED, map(float, values))) | {"outcome": VERIFIED}
+        return dict.fromkeys(MEASURED, np.nan) | {"outcome": unsolved(error)}
+    return dict(zip(MEASURED, map(float, values))) | {"outcome": CONVERGED}
 
 
 def numbers(table: pd.DataFrame) -> dict[str, float | None]:
     """What the page says: the largest changes, in percent or mm, of gland alone and of all moduli.
 
-    table: rows of all breasts, with volunteer and side. None where every change was refused.
+    table: rows of all breasts, with volunteer and side. None where no change was solved.
     """
     found: dict[str, float | None] = {}
     for what in ("glandular", "all"):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.points import MaterialPoints
 from mammosim.core.errors import EquilibriumError, FiducialError, MeshError
 from mammosim.core.fiducials import Fiducials
@@ -42,21 +42,22 @@ class Start:
 
 @dataclass(frozen=True)
 class Prediction:
-    """points (n_node, 3) mm of a predicted position, NaN when refused; outcome: VERIFIED, or why not."""
+    """points (n_node, 3) mm of a predicted position, NaN when not found; outcome: CONVERGED, or why not."""
 
     points: np.ndarray
-    outcome: str = VERIFIED
+    outcome: str = CONVERGED
 
 
 def predicted(start: Start, body: Body, gravity: np.ndarray, *, near: np.ndarray | None = None) -> Prediction:
-    """The fitted body under gravity (3,), unit vector in its frame. A refused equilibrium is an outcome.
+    """The fitted body under gravity (3,), unit vector in its frame.
 
+    A body without equilibrium is an outcome.
     near (n_node, 3): a neighbouring equilibrium to begin from, by default the stress-free shape.
     """
     try:
         state = body.load(start.mesh.moved_to(start.stress_free), gravity, start=near)
     except EquilibriumError as error:
-        return Prediction(np.full_like(start.mesh.points, np.nan), f"refused: {error}")
+        return Prediction(np.full_like(start.mesh.points, np.nan), unsolved(error))
     return Prediction(state.points)
 
 
@@ -113,7 +114,7 @@ def rows(
 ) -> pd.DataFrame:
     """Rows of one position: the keys of job, quantity, value_mm, before_mm, published_mm, outcome.
 
-    found: `errors` of the prediction, empty when it was refused; before: those of the start itself, unmoved;
+    found: `errors` of the prediction, empty when there is none; before: those of the start itself, unmoved;
     published: of another woman, by quantity. NaN where there is none.
     """
     columns = {

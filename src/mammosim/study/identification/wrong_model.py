@@ -1,4 +1,4 @@
-"""What a fit costs whose model leaves out what a woman has: her errors beside those of a twin without it."""
+"""What a fit costs whose model leaves out what a woman has: beside a reference volunteer without it."""
 
 from collections.abc import Mapping
 
@@ -8,34 +8,34 @@ import pandas as pd
 KEYS = ["position", "fitted", "quantity"]
 
 
-def costs(validation: pd.DataFrame, twins: Mapping[str, str]) -> pd.DataFrame:
-    """woman, twin, KEYS, right_mm of the twin, wrong_mm of the woman, cost_mm, the difference.
+def costs(validation: pd.DataFrame, references: Mapping[str, str]) -> pd.DataFrame:
+    """woman, reference, KEYS, right_mm of her reference, wrong_mm of the woman, cost_mm, the difference.
 
-    validation: rows of validation.csv of both; twins: woman -> twin.
+    validation: rows of validation.csv of both; references: woman -> reference volunteer.
     """
     parts = []
-    for woman, twin in twins.items():
+    for woman, reference in references.items():
         wrong, right = (
-            validation[validation.volunteer == name].set_index(KEYS).value_mm for name in (woman, twin)
+            validation[validation.volunteer == name].set_index(KEYS).value_mm for name in (woman, reference)
         )
         both = pd.DataFrame({"right_mm": right, "wrong_mm": wrong}).reindex(right.index).reset_index()
         both.insert(0, "woman", woman)
-        both.insert(1, "twin", twin)
+        both.insert(1, "reference", reference)
         parts.append(both.assign(cost_mm=both.wrong_mm - both.right_mm))
     return pd.concat(parts, ignore_index=True)
 
 
-def moduli_beside(moduli: pd.DataFrame, twins: Mapping[str, str]) -> pd.DataFrame:
-    """woman, twin, side, tissue, right_kpa of the twin, wrong_kpa of the woman, and times, their ratio."""
+def moduli_beside(moduli: pd.DataFrame, references: Mapping[str, str]) -> pd.DataFrame:
+    """woman, reference, side, tissue, right_kpa of the reference, wrong_kpa, and times, their ratio."""
     parts = []
-    for woman, twin in twins.items():
+    for woman, reference in references.items():
         wrong, right = (
             moduli[moduli.volunteer == name].set_index(["side", "tissue"]).fitted_kpa
-            for name in (woman, twin)
+            for name in (woman, reference)
         )
         both = pd.DataFrame({"right_kpa": right, "wrong_kpa": wrong}).reindex(right.index).reset_index()
         both.insert(0, "woman", woman)
-        both.insert(1, "twin", twin)
+        both.insert(1, "reference", reference)
         parts.append(both.assign(times=both.wrong_kpa / both.right_kpa))
     return pd.concat(parts, ignore_index=True)
 
@@ -47,7 +47,10 @@ def numbers(table: pd.DataFrame, moduli: pd.DataFrame) -> dict[str, float | str 
     """
     first = table[table.woman == table.woman.iloc[0]]
     held_out, fitted = first[~first.fitted.astype(bool)], first[first.fitted.astype(bool)]
-    found: dict[str, float | str | None] = {"woman": first.woman.iloc[0], "twin": first.twin.iloc[0]}
+    found: dict[str, float | str | None] = {
+        "woman": first.woman.iloc[0],
+        "reference": first.reference.iloc[0],
+    }
     for name, quantity in (("nipple", "nipple"), ("marker", "marker_mean"), ("skin", "skin_mean")):
         right, wrong = (_largest(held_out, quantity, column) for column in ("right_mm", "wrong_mm"))
         found |= {

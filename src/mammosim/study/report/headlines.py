@@ -4,9 +4,8 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.study.report.strategies_summary import NAMES, numbers_of_strategies
-from mammosim.study.unloading import FOUND
 
 
 def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
@@ -17,14 +16,14 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "marker_residual_max_mm": _extreme(tables, "registration", "marker_residual_max_mm", "max"),
         "cells_largest": _cells(tables),
         "best_nipple_error_mm": _extreme(tables, "sweep", "nipple_left_mm", "min"),
-        "sweep_refused": _refused(tables, "sweep"),
+        "sweep_unsolved": _unsolved(tables, "sweep"),
         **_morph(tables),
         **_ratios(tables),
-        "upright_refused": _refused(tables, "upright"),
+        "upright_unsolved": _unsolved(tables, "upright"),
         "skin_reduction_max_percent": _skin_reduction(tables),
         "unloading_residual_max_mm": _last_residual(tables),
         "stress_free_error_mean_mm": _best_error(tables),
-        "unloading_refused": _unloading_refused(tables),
+        "unloading_unsolved": _unsolved(tables, "unloading"),
         "pressure_max_kpa": _extreme(tables, "compression", "peak_pressure_kpa", "max"),
         "penetration_max_mm": _extreme(tables, "compression", "penetration_mm", "max"),
         "force_imbalance_max_percent": _extreme(tables, "compression", "imbalance_percent", "max"),
@@ -71,8 +70,9 @@ def _percent(part: float | None) -> float | None:
     return None if part is None else 100 * part
 
 
-def _refused(tables: Mapping[str, pd.DataFrame], table: str) -> float | None:
-    return float((tables[table].outcome != VERIFIED).sum()) if table in tables else None
+def _unsolved(tables: Mapping[str, pd.DataFrame], table: str) -> float | None:
+    """How many rows of a table have no solution."""
+    return float((tables[table].outcome != CONVERGED).sum()) if table in tables else None
 
 
 def _cells(tables: Mapping[str, pd.DataFrame]) -> float | None:
@@ -103,11 +103,6 @@ def _best_error(tables: Mapping[str, pd.DataFrame]) -> float | None:
     if "stress_free_error" not in tables:
         return None
     return float(tables["stress_free_error"].groupby("volunteer").mean_mm.min().max())
-
-
-def _unloading_refused(tables: Mapping[str, pd.DataFrame]) -> float | None:
-    """Of all methods and moduli, how many found no stress-free shape that can be loaded again."""
-    return float((tables["unloading"].outcome != FOUND).sum()) if "unloading" in tables else None
 
 
 def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:

@@ -2,13 +2,13 @@
 
 import pandas as pd
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.strategies import STANDARD
 
 BREAST = ["volunteer", "side"]
 NAMES = (
     *("standard_force_least_n", "standard_force_most_n", "moduli_force_ratio", "standard_pressure_most_kpa"),
-    *("reduced_thicker_percent", "reduced_strain_percent", "unlevel_most_mm", "strategies_refused"),
+    *("reduced_thicker_percent", "reduced_strain_percent", "unlevel_most_mm", "strategies_unsolved"),
 )
 
 
@@ -19,9 +19,9 @@ def numbers_of_strategies(rows: pd.DataFrame) -> dict[str, float | None]:
     stiffest moduli; moduli_force_ratio: of these for one breast, the largest; standard_pressure_most_kpa:
     mean; reduced_thicker_percent, reduced_strain_percent: by how much at most half the force (the strategy
     `reduced`) leaves a breast thicker, and its strain (95 % of the tissue have less) smaller, than the
-    standard; unlevel_most_mm: the largest difference of thickness under one paddle; strategies_refused.
+    standard; unlevel_most_mm: the largest difference of thickness under one paddle; strategies_unsolved.
     """
-    found = rows[rows.outcome == VERIFIED]
+    found = rows[rows.outcome == CONVERGED]
     standard = found[found.strategy == STANDARD]
     force = standard.groupby(BREAST).force_n.agg(["min", "max"])
     beside = found.merge(standard, on=[*BREAST, "moduli"], suffixes=("", "_standard"))
@@ -36,7 +36,7 @@ def numbers_of_strategies(rows: pd.DataFrame) -> dict[str, float | None]:
             100 * (1 - reduced.logarithmic_p95 / reduced.logarithmic_p95_standard)
         ),
         "unlevel_most_mm": _most(found.thickness_max_mm - found.thickness_min_mm),
-        "strategies_refused": float((rows.outcome != VERIFIED).sum()),
+        "strategies_unsolved": float((rows.outcome != CONVERGED).sum()),
     }
 
 
