@@ -2,7 +2,7 @@
 
 import _stage
 
-from mammosim.figures.morph import morph
+from mammosim.figures.deformation import morph
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import write_figure
 from mammosim.io.meshes import read_mesh, read_point_data

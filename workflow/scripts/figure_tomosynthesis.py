@@ -4,7 +4,7 @@ import _stage
 import numpy as np
 
 from mammosim.core.labels import Label
-from mammosim.figures.tomosynthesis import tomosynthesis
+from mammosim.figures.radiograph import tomosynthesis
 from mammosim.io.figures import write_figure
 from mammosim.io.images import read_image, read_labels
 from mammosim.io.tables import read_table

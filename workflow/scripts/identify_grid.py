@@ -4,10 +4,10 @@ import _stage
 
 from mammosim.core.settings import read
 from mammosim.io.tables import write_table
+from mammosim.study.identification.fit import grid_table
 from mammosim.study.identification.moduli import Materials
 from mammosim.study.identification.pair import read_pair
 from mammosim.study.identification.problem import Problem
-from mammosim.study.identification.search import grid_table
 from mammosim.study.identification.settings import Grid, Prior
 
 

@@ -7,14 +7,14 @@ import pandas as pd
 import yaml
 
 from mammosim.core.settings import read
-from mammosim.figures.cost import time_and_memory
+from mammosim.figures.status import time_and_memory
 from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.jobs.completeness import told
-from mammosim.study.report.bibliography import entries
 from mammosim.study.report.layout import Contents, Layout, sections
 from mammosim.study.report.pages import Listing, Section, report
+from mammosim.study.report.summary import entries
 
 
 def main(files: dict, title: str, out: str) -> None:

@@ -4,7 +4,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.identification.wrong_model import costs, moduli_beside, numbers
+from mammosim.study.identification.validation import costs, moduli_beside, wrong_model_numbers
 
 
 def main(files: dict, references: dict[str, str]) -> None:
@@ -14,7 +14,7 @@ def main(files: dict, references: dict[str, str]) -> None:
     table, beside = costs(validation, references), moduli_beside(moduli, references)
     write_table(table, files["table"])
     write_table(beside, files["moduli"])
-    write_json(numbers(table, beside), files["numbers"])
+    write_json(wrong_model_numbers(table, beside), files["numbers"])
 
 
 if __name__ == "__main__":

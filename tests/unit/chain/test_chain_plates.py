@@ -10,8 +10,8 @@ import pytest
 from mammosim.chain.plates import craniocaudal_plates, plate_facts
 from mammosim.chain.view import spectrum_from, spectrum_table
 from mammosim.core.errors import MeshError
-from mammosim.study.report.bibliography import entries
 from mammosim.study.report.headlines import headlines
+from mammosim.study.report.summary import entries
 from mammosim.xray.spectrum import monoenergetic
 
 PLATE_MM = {"width": 20.0, "depth": 40.0, "height": 20.0, "edge_radius": 5.0}

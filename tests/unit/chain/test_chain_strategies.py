@@ -15,7 +15,7 @@ from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.paddles import Plates, Rigid, Tilting
-from mammosim.study.report.strategies_summary import numbers_of_strategies
+from mammosim.study.report.headlines import numbers_of_strategies
 
 THRESHOLDS = {"logarithmic": [0.0], "pressure_kpa": [0.0]}
 AXES = np.column_stack([[0.0, -1, 0], [1.0, 0, 0], [0.0, 0, 1]])

@@ -15,14 +15,12 @@ from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
 from mammosim.figures import (
     compression,
-    cost,
     deformation,
     hard_cases,
     literature,
-    morph,
     radiograph,
+    status,
     surfaces,
-    unloading,
     volunteers,
 )
 from mammosim.io.tabulated import tabulated
@@ -90,7 +88,7 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "positions": lambda t: volunteers.positions(
         dict.fromkeys(GRAVITY, t.image), dict.fromkeys(GRAVITY, t.fiducials), GRAVITY
     ),
-    "morph": lambda t: morph.morph(
+    "morph": lambda t: deformation.morph(
         {"prone": t.mesh, "supine": t.flat, "morphed": t.flat, "mean": t.mesh},
         np.linspace(0, 3, len(t.flat.points)), morph_history(), x_mm=75.0, z_mm=0.0,
     ),
@@ -120,7 +118,7 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         pd.DataFrame({"volunteer": "small", "method": ["reverse_gravity"] + ["fixed_point"] * 3,
                       "iteration": [0, 0, 1, 2], "max_mm": [np.nan, 9.0, 2.0, 0.4]}), tolerance_mm=0.1,
     ),
-    "unloading": lambda t: unloading.unloading(
+    "unloading": lambda t: deformation.unloading(
         pd.DataFrame({"volunteer": "small", "youngs_modulus_kpa": [0.2, 1.0] * 2,
                       "method": ["fixed_point"] * 2 + ["inverse"] * 2,
                       "outcome": ["failed: -"] + ["converged"] * 3,
@@ -143,7 +141,7 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         beside(tabulated("published_biomechanics"), fitted_moduli()),
         ratios(beside(tabulated("published_biomechanics"), fitted_moduli())),
     ),
-    "cost": lambda t: cost.time_and_memory(
+    "cost": lambda t: status.time_and_memory(
         pd.DataFrame({"rule": ["sweep", "sweep", "segment"], "s": [9.0, 8, 30], "max_rss": [900.0, 800, 700]})
     ),
     "hard cases": lambda t: hard_cases.hard_cases(hard_case_table()),

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from mammosim.figures.propagation import propagation
+from mammosim.figures.identification import propagation
 from mammosim.figures.validation import SkinMap, prediction, wrong_model
 
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import MissingResult
-from mammosim.figures.notice import notice
+from mammosim.figures.status import notice
 from mammosim.figures.style import new_figure
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import missing_reason, write_figure

@@ -15,12 +15,11 @@ from mammosim.mechanics.analysis import shared_analysis
 from mammosim.meshing.shapes import ball_part, box
 from mammosim.study.identification import pair as pairs
 from mammosim.study.identification.diagnosis import chest_motion, require_explained, require_one_body
-from mammosim.study.identification.fit import fitted
+from mammosim.study.identification.fit import fitted, grid_table
 from mammosim.study.identification.moduli import KEYS, Materials, Moduli
 from mammosim.study.identification.pair import Pair, Position
 from mammosim.study.identification.posterior import covariance, draws, is_resolved, moduli_table
 from mammosim.study.identification.problem import N_MODULI, Problem
-from mammosim.study.identification.search import grid_table
 from mammosim.study.identification.settings import Errors, FitSettings, Grid, Prior
 
 NU = 0.45

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.identification.recovery import by_tissue, numbers, scored
+from mammosim.study.identification.scores import by_tissue, numbers, scored
 
 TISSUES = ("adipose", "glandular", "skin", "fascia", "muscle")
 TRUE_KPA = {"adipose": 1.0, "glandular": 2.0, "skin": 10.0, "fascia": 0.0, "muscle": 25.0}

@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.figures.trade_off import PANELS
-from mammosim.figures.trade_off import trade_off as drawn
+from mammosim.figures.dose import TRADE_OFF_PANELS as PANELS
+from mammosim.figures.dose import trade_off as drawn
 from mammosim.study.report.trade_off import KEY, PRESSED, SEEN, trade_off
 
 BREASTS = ("small", "large")

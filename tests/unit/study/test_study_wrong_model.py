@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.study.identification.wrong_model import costs, moduli_beside, numbers
+from mammosim.study.identification.validation import costs, moduli_beside, wrong_model_numbers
 
 REFERENCES = {"fibrous": "small"}
 
@@ -46,7 +46,7 @@ def test_the_cost_is_what_the_wrong_model_adds(table):
 
 
 def test_the_page_quotes_the_worst_nipple_of_the_position_held_out(table, moduli):
-    found = numbers(costs(table, REFERENCES), moduli_beside(moduli, REFERENCES))
+    found = wrong_model_numbers(costs(table, REFERENCES), moduli_beside(moduli, REFERENCES))
     assert found["wrong_model.nipple_right_mm"] == pytest.approx(1.4)
     assert found["wrong_model.nipple_wrong_mm"] == pytest.approx(3.4)
     assert found["wrong_model.nipple_cost_fitted_mm"] == pytest.approx(0.1)
@@ -56,5 +56,5 @@ def test_the_page_quotes_the_worst_nipple_of_the_position_held_out(table, moduli
 
 def test_a_prediction_that_failed_has_no_cost(table, moduli):
     table.loc[table.volunteer == "fibrous", "value_mm"] = np.nan
-    found = numbers(costs(table, REFERENCES), moduli_beside(moduli, REFERENCES))
+    found = wrong_model_numbers(costs(table, REFERENCES), moduli_beside(moduli, REFERENCES))
     assert found["wrong_model.nipple_cost_mm"] is None

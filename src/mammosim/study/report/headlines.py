@@ -1,11 +1,11 @@
-"""The few numbers by which the whole study is told, from its tables; None where one is absent."""
+"""The few numbers by which the study and its strategies of compression are told; None where one is absent."""
 
 from collections.abc import Mapping
 
 import pandas as pd
 
 from mammosim.chain.outcome import CONVERGED
-from mammosim.study.report.strategies_summary import NAMES, numbers_of_strategies
+from mammosim.chain.strategies import STANDARD
 
 
 def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
@@ -136,3 +136,43 @@ def _largest(values: pd.Series) -> float | None:
     """The largest number, None where there is none."""
     known = values.dropna()
     return float(known.max()) if len(known) else None
+
+
+BREAST = ["volunteer", "side"]
+NAMES = (
+    *("standard_force_least_n", "standard_force_most_n", "moduli_force_ratio", "standard_pressure_most_kpa"),
+    *("reduced_thicker_percent", "reduced_strain_percent", "unlevel_most_mm", "strategies_unsolved"),
+)
+
+
+def numbers_of_strategies(rows: pd.DataFrame) -> dict[str, float | None]:
+    """Over all breasts, from the rows of compression.csv; None of what no row tells.
+
+    standard_force_least_n, standard_force_most_n: of the standard strategy, with the softest and with the
+    stiffest moduli; moduli_force_ratio: of these for one breast, the largest; standard_pressure_most_kpa:
+    mean; reduced_thicker_percent, reduced_strain_percent: by how much at most half the force (the strategy
+    `reduced`) leaves a breast thicker, and its strain (95 % of the tissue have less) smaller, than the
+    standard; unlevel_most_mm: the largest difference of thickness under one paddle; strategies_unsolved.
+    """
+    found = rows[rows.outcome == CONVERGED]
+    standard = found[found.strategy == STANDARD]
+    force = standard.groupby(BREAST).force_n.agg(["min", "max"])
+    beside = found.merge(standard, on=[*BREAST, "moduli"], suffixes=("", "_standard"))
+    reduced = beside[beside.strategy == "reduced"]
+    return {
+        "standard_force_least_n": _most(standard.force_n, -1),
+        "standard_force_most_n": _most(standard.force_n),
+        "moduli_force_ratio": _most(force["max"] / force["min"]),
+        "standard_pressure_most_kpa": _most(standard.mean_pressure_kpa),
+        "reduced_thicker_percent": _most(100 * (reduced.thickness_mm / reduced.thickness_mm_standard - 1)),
+        "reduced_strain_percent": _most(
+            100 * (1 - reduced.logarithmic_p95 / reduced.logarithmic_p95_standard)
+        ),
+        "unlevel_most_mm": _most(found.thickness_max_mm - found.thickness_min_mm),
+        "strategies_unsolved": float((rows.outcome != CONVERGED).sum()),
+    }
+
+
+def _most(values: pd.Series, sign: int = 1) -> float | None:
+    """The largest value, or with sign -1 the smallest."""
+    return sign * float((sign * values).max()) if len(values) else None

@@ -1,4 +1,4 @@
-"""What the report says about the whole study: its numbers by name, its assumptions, what made it."""
+"""What the report says of the whole study: numbers by name, assumptions, sources, what made it."""
 
 import hashlib
 import json
@@ -118,3 +118,25 @@ def _version(name: str) -> str:
         return version(name)
     except PackageNotFoundError:
         return "not installed"
+
+
+ENTRY = re.compile(r"@(\w+)\{(\w+),(.*?)\n\}", re.S)
+FIELD = re.compile(r"(\w+) = \{(.*?)\},?\s*(?=\n|$)", re.S)
+ACCENT = re.compile(r"\{\\\^i\}")
+
+
+def entries(text: str) -> list[dict[str, str]]:
+    """key, author, year, title and where it appeared, of every entry, sorted by key."""
+    rows = []
+    for _, key, body in ENTRY.findall(text):
+        fields = {name: _plain_text(value) for name, value in FIELD.findall(body)}
+        where = fields.get("journal") or fields.get("institution", "")
+        rows.append(
+            {"key": key, "author": fields.get("author", ""), "year": fields.get("year", "")}
+            | {"title": fields.get("title", ""), "in": f"{where} {fields.get('volume', '')}".strip()}
+        )
+    return sorted(rows, key=lambda row: row["key"])
+
+
+def _plain_text(value: str) -> str:
+    return ACCENT.sub("î", value).replace("{", "").replace("}", "").replace("\\", "")
