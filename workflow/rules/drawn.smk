@@ -1,8 +1,10 @@
-# Figures of one or two tables: which function of mammosim.figures draws which tables.
+# Figures, by table: of one or two tables of the study, which a function of mammosim.figures draws (DRAWN), and of other
+# files, which a function of workflow/scripts/drawn reads and draws (PICTURED).
 DRAWN = {
     "sweep": ("deformation.sweep", ["sweep"]),
     "convergence": ("deformation.convergence", ["stress_free"]),
     "unloading": ("deformation.unloading", ["unloading"]),
+    "curves": ("strategies.curves", ["compression_path"]),
     "amounts": ("strategies.amounts", ["compression_amounts"]),
     "trade_off": ("dose.trade_off", ["trade_off"]),
     "propagation": ("identification.propagation", ["propagation"]),
@@ -14,6 +16,8 @@ DRAWN = {
     "effects": ("scenes.effects", ["effects"]),
     "scenes": ("scenes.scenes", ["scenes"]),
     "recovery": ("identification.recovery", ["recovery"]),
+    "moduli": ("literature.moduli", ["identification"]),
+    "gravity_and_compression": ("literature.gravity_and_compression", ["identification", "moduli_ratio"]),
     "wrong_model": ("validation.wrong_model", ["wrong_model"]),
     "peers": ("peers.processor_time", ["peers"]),
     "peers_xray": ("peers_xray.tasks", ["peers_xray", "peers_xray_targets"]),
@@ -22,8 +26,15 @@ DRAWN = {
     "accuracy_budget": ("accuracy.budget", ["accuracy_budget"]),
     **{f"accuracy_{quantity}": ("accuracy.accuracy", ["accuracy"]) for quantity in ASKED},
 }
+# Moduli of this study that no fit found.
+MODULI_HERE = {
+    "sweep": [min(SWEEP["youngs_modulus_kpa"]), max(SWEEP["youngs_modulus_kpa"])],
+    **{name: [tissue["youngs_modulus_kpa"]] * 2 for name, tissue in TISSUES["tissues"].items()},
+    "skin": [TISSUES["skin"]["youngs_modulus_kpa"]] * 2,
+}
 # What a function is told besides.
 TOLD = {
+    "moduli": {"here": MODULI_HERE},
     "convergence": {"tolerance_mm": STRESS_FREE["tolerance_mm"]},
     **{f"accuracy_{quantity}": {"quantity": quantity} for quantity in ASKED},
 }
@@ -49,3 +60,192 @@ rule figure:
         mem_mb=1000,
     script:
         "../scripts/figure.py"
+
+
+OF_SHAPES = {
+    "measured": f"results/meshes/{{v}}/{MODELLED_IN}.vtu",
+    "fiducials": f"results/registration/{{v}}/{MODELLED_IN}_fiducials.csv",
+    "shapes": [f"results/mechanics/{{v}}/stress_free/{MODELLED_IN}_{method}.vtu" for method in STRESS_FREE["methods"]],
+}
+PRESSED_FILES = {"plates": "results/compression/{v}/{side}/standard_{moduli}_plates.json"}
+# Rule: its figure, the function that draws it, its files, what the function is told. Those that show the truth of a
+# digital volunteer are called score_.
+PICTURED = {
+    "figure_positions": (
+        "positions_{v}",
+        "volunteers.positions",
+        {
+            "images": lambda wildcards: [f"results/images/{wildcards.v}/{p}.nii.gz" for p in positions(wildcards.v)],
+            "fiducials": lambda wildcards: [f"results/fiducials/{wildcards.v}/{p}.csv" for p in positions(wildcards.v)],
+        },
+        {"gravity": lambda wildcards: {p: gravity(wildcards.v, p) for p in positions(wildcards.v)}},
+    ),
+    "figure_registration": (
+        "registration_{v}_{p}",
+        "volunteers.registration",
+        {
+            "fixed": f"results/images/{{v}}/{REFERENCE}.nii.gz",
+            "moving": "results/images/{v}/{p}.nii.gz",
+            "after": "results/registration/{v}/{p}.nii.gz",
+            "steps": "results/registration/{v}/{p}_steps.csv",
+            "fiducials": f"results/fiducials/{{v}}/{REFERENCE}.csv",
+        },
+        {},
+    ),
+    "figure_segmentation": (
+        "segmentation_{v}_{p}",
+        "volunteers.segmentation",
+        {
+            "image": "results/images/{v}/{p}.nii.gz",
+            "labels": "results/segmentation/{v}/{p}.nii.gz",
+            "fiducials": "results/fiducials/{v}/{p}.csv",
+            "dice": lambda wildcards: scored_of(wildcards.v, f"segmentation_{wildcards.p}"),
+        },
+        {"behind_mm": XRAY["lesion"]["depth_mm"] / 2},
+    ),
+    "figure_mesh": (
+        "mesh_{v}_{p}",
+        "volunteers.mesh",
+        {"mesh": "results/meshes/{v}/{p}.vtu", "fiducials": "results/registration/{v}/{p}_fiducials.csv"},
+        {},
+    ),
+    "figure_upright": (
+        "upright_{v}",
+        "shapes.upright",
+        {
+            "measured": "results/meshes/{v}/prone.vtu",
+            "fiducials": "results/registration/{v}/prone_fiducials.csv",
+            "table": "results/study/upright.csv",
+            "shapes": [f"results/mechanics/{{v}}/upright/skin_{kpa}kpa.vtu" for kpa in UPRIGHT["skin_kpa"]],
+        },
+        {"skin_kpa": UPRIGHT["skin_kpa"]},
+    ),
+    "figure_morph": (
+        "morph_{v}",
+        "shapes.morph",
+        {
+            "prone": "results/meshes/{v}/prone.vtu",
+            "supine": "results/meshes/{v}/supine.vtu",
+            "morphed": "results/morph/{v}/mean_start_morphed.vtu",
+            "mean": "results/morph/{v}/mean_start.vtu",
+            "history": "results/morph/{v}/mean_start_history.csv",
+            "fiducials": "results/registration/{v}/prone_fiducials.csv",
+        },
+        {},
+    ),
+    "figure_stress_free": ("stress_free_{v}", "shapes.stress_free", OF_SHAPES, {"methods": STRESS_FREE["methods"]}),
+    "score_shapes": (
+        "true_stress_free_{v}",
+        "shapes.stress_free",
+        {
+            **OF_SHAPES,
+            "truth": "results/truth/{v}/stress_free.vtu",
+            "motion": f"results/truth/{{v}}/{REFERENCE}_motion.tfm",
+        },
+        {"methods": STRESS_FREE["methods"]},
+    ),
+    "figure_identification": (
+        "identification_{v}",
+        "fits.identification",
+        {name: f"results/identification/{{v}}/{name}.csv" for name in ("grid", "history", "moduli")},
+        {"prior": IDENTIFICATION["prior"]},
+    ),
+    "figure_fitted_shapes": (
+        "fitted_shapes_{v}",
+        "fits.fitted_shapes",
+        {
+            "prone": "results/meshes/{v}/prone.vtu",
+            "supine": "results/meshes/{v}/supine.vtu",
+            "stress_free": "results/identification/{v}/stress_free.vtu",
+            "predicted": "results/validation/{v}/supine.vtu",
+            "fiducials": "results/registration/{v}/prone_fiducials.csv",
+        },
+        {},
+    ),
+    "figure_validation": (
+        "validation_{v}_{p}",
+        "fits.prediction",
+        {
+            "shapes": lambda wildcards: [f"results/validation/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
+            "measured": lambda wildcards: [f"results/meshes/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
+            "fiducials": "results/registration/{v}/{p}_fiducials.csv",
+        },
+        {"fitted": lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)}},
+    ),
+    "figure_compression": (
+        "compression_{v}_{side}",
+        "presses.compression",
+        {
+            "shape": f"results/compression/{{v}}/{{side}}/{XRAYED}.vtu",
+            "plates": f"results/compression/{{v}}/{{side}}/{XRAYED}_plates.json",
+            "faces": f"results/compression/{{v}}/{{side}}/{XRAYED}_faces.csv",
+            "stress_free": f"results/mechanics/{{v}}/stress_free/{MODELLED_IN}_{STRESS_FREE['default']}.vtu",
+        },
+        {},
+    ),
+    "figure_thickness": (
+        "thickness_{v}_{side}_{moduli}",
+        "presses.thickness",
+        {"maps": lambda wildcards: pressed_by_all(wildcards, "_thickness.csv"), **PRESSED_FILES},
+        {"strategies": list(STRATEGIES)},
+    ),
+    "figure_discomfort": (
+        "discomfort_{v}_{side}_{moduli}",
+        "presses.discomfort",
+        {
+            "shapes": lambda wildcards: pressed_by_all(wildcards, ".vtu"),
+            "faces": lambda wildcards: pressed_by_all(wildcards, "_faces.csv"),
+            **PRESSED_FILES,
+        },
+        {"strategies": list(STRATEGIES)},
+    ),
+    "figure_phantom": (
+        "phantom_{v}_{side}",
+        "xrays.phantom",
+        {"labels": f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz"},
+        {},
+    ),
+    "figure_mammogram": (
+        "mammogram_{v}_{side}",
+        "xrays.mammogram",
+        {
+            "image": f"results/xray/{{v}}/{{side}}/{XRAYED}_mammogram.nii.gz",
+            "row": f"results/xray/{{v}}/{{side}}/{XRAYED}_image.csv",
+        },
+        {},
+    ),
+    "figure_tomosynthesis": (
+        "tomosynthesis_{v}_{side}",
+        "xrays.tomosynthesis",
+        {
+            "phantom": f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz",
+            "filtered_backprojection": f"results/xray/{{v}}/{{side}}/{XRAYED}_fbp.nii.gz",
+            "sart": f"results/xray/{{v}}/{{side}}/{XRAYED}_sart.nii.gz",
+            "profiles": f"results/xray/{{v}}/{{side}}/{XRAYED}_depth.csv",
+        },
+        {},
+    ),
+}
+
+for named, (figure, function, shown, told) in PICTURED.items():
+
+    rule:
+        name:
+            named
+        """One figure of files of results; its function says what it shows."""
+        input:
+            **shown,
+            library=pictured_by(function),
+        output:
+            f"results/study/figures/{figure}.png",
+        params:
+            function=function,
+            **told,
+        log:
+            f"results/logs/{named}/{figure}.log",
+        benchmark:
+            f"results/benchmarks/{named}/{figure}.tsv"
+        resources:
+            mem_mb=1000,
+        script:
+            "../scripts/picture.py"

@@ -137,27 +137,6 @@ rule propagation_rows:
         "../scripts/propagation_rows.py"
 
 
-rule figure_validation:
-    """A position that no fit saw, predicted over measured."""
-    input:
-        shapes=lambda wildcards: [f"results/validation/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
-        measured=lambda wildcards: [f"results/meshes/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
-        fiducials="results/registration/{v}/{p}_fiducials.csv",
-        library=library("figure_validation.py"),
-    output:
-        "results/study/figures/validation_{v}_{p}.png",
-    params:
-        fitted=lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)},
-    log:
-        "results/logs/figure_validation/{v}_{p}.log",
-    benchmark:
-        "results/benchmarks/figure_validation/{v}_{p}.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_validation.py"
-
-
 rule wrong_model_table:
     """What a fit whose model leaves something out costs: errors and moduli beside those of a reference volunteer."""
     input:

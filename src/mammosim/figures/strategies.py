@@ -29,6 +29,7 @@ from mammosim.figures.style import (
     styled,
 )
 from mammosim.figures.surfaces import coloured_skin, cut_solid
+from mammosim.io.tabulated import tabulated
 
 QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
               ("mean_pressure_kpa", 1.0, "mean pressure (kPa)"),
@@ -49,13 +50,33 @@ class Marks:
     pressure_source: str
 
 
+def require_pressed(table: pd.DataFrame) -> None:
+    """Raise MissingResult where a table has no row."""
+    if table.empty:
+        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
+
+
+def practice() -> Marks:
+    """Force and the standardised pressure in practice, as published."""
+    table = tabulated("published_mammography").set_index(["source", "quantity"])
+    force = table.loc["de Groot 2015", "force"]
+    return Marks(
+        force_n=(force.low, force.high),
+        force_source="practice",
+        pressure_kpa=table.loc["de Groot 2015", "standardised pressure"]["mean"],
+        pressure_source="10 kPa, de Groot",
+    )
+
+
 @styled
-def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
+def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
     """Force, contact area, mean and peak pressure on the way of every strategy; a row per set of moduli.
 
     paths: rows of mechanics.compression.Compression.path with volunteer, side, strategy, moduli. A dot is
-    where a strategy stops. A line style per breast.
+    where a strategy stops. A line style per breast. marks: by default those of practice().
+    Raises MissingResult where nothing was pressed.
     """
+    require_pressed(paths)
     moduli, strategies = list(dict.fromkeys(paths.moduli)), list(dict.fromkeys(paths.strategy))
     figure = new_figure(0.9 + 2.1 * len(moduli))
     axes = figure.subplots(len(moduli), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
@@ -75,7 +96,7 @@ def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
                 _logarithmic(panel)
         column[-1].set_xlabel("plates apart (mm)")
     axes[0, 0].xaxis.set_inverted(True)
-    _draw_marks(axes, marks)
+    _draw_marks(axes, marks or practice())
     for strategy, colour in zip(strategies, cycle(SERIES)):
         axes[0, 0].plot([], [], "o-", ms=4, color=colour, label=strategy)
     for breast, line in zip(breasts, cycle(LINES)):
@@ -212,8 +233,7 @@ def amounts(table: pd.DataFrame) -> Figure:
     table: rows of chain.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
     measure's marks is darker. A colour per set of moduli. Raises MissingResult where nothing was pressed.
     """
-    if table.empty:
-        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
+    require_pressed(table)
     shown = table[table.tissue.isin(["all", "skin"])]
     measures, breasts = (
         list(dict.fromkeys(shown.measure)),

@@ -133,13 +133,9 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "phantom": lambda t: radiograph.phantom_slices(t.labels),
     "mammogram": lambda t: radiograph.mammogram(**shot(), row={"mas": 80.0, "cnr": 3.0, "cnr_se": 0.1}),
     "mammogram right": lambda t: radiograph.mammogram(**shot(), side="right"),
-    "literature": lambda t: literature.moduli(
-        beside(tabulated("published_biomechanics"), fitted_moduli()),
-        {"sweep": (0.5, 20.0), "skin": (10.0, 10.0)},
-    ),
+    "literature": lambda t: literature.moduli(fitted_moduli(), {"sweep": (0.5, 20.0), "skin": (10.0, 10.0)}),
     "gravity and compression": lambda t: literature.gravity_and_compression(
-        beside(tabulated("published_biomechanics"), fitted_moduli()),
-        ratios(beside(tabulated("published_biomechanics"), fitted_moduli())),
+        fitted_moduli(), ratios(beside(tabulated("published_biomechanics"), fitted_moduli()))
     ),
     "cost": lambda t: status.time_and_memory(
         pd.DataFrame({"rule": ["sweep", "sweep", "segment"], "s": [9.0, 8, 30], "max_rss": [900.0, 800, 700]})

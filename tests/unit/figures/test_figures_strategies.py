@@ -2,8 +2,10 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 from matplotlib.image import AxesImage
 
+from mammosim.core.errors import MissingResult
 from mammosim.figures.strategies import Marks, Strained, amounts, curves, discomfort, thickness_maps
 
 MARKS = Marks((50.0, 180.0), "practice", 10.0, "a standard")
@@ -41,6 +43,18 @@ def test_a_row_of_curves_for_each_set_of_moduli_shares_its_scales():
     assert figure.axes[0].get_ylim() == figure.axes[4].get_ylim()
     assert all("(" in ax.get_ylabel() for ax in figure.axes)
     assert figure.axes[0].get_ylim()[1] >= 180.0, "what is usual in practice is in the picture"
+
+
+def test_without_marks_of_its_own_the_force_of_practice_is_shown():
+    band = curves(paths()).axes[0].patches[0]
+    # de Groot 2015: 50 to 180 N.
+    assert (band.get_y(), band.get_y() + band.get_height()) == (50.0, 180.0)
+
+
+def test_nothing_pressed_is_a_missing_result():
+    for draw in (curves, amounts):
+        with pytest.raises(MissingResult, match="no strategy pressed any breast"):
+            draw(pd.DataFrame())
 
 
 def test_one_thickness_scale_serves_all_strategies_and_one_that_failed_is_named():
