@@ -62,26 +62,30 @@ rule figure:
         "../scripts/figure.py"
 
 
+MESH, THERE = "results/meshes/{v}/{p}.vtu", "results/registration/{v}/{p}_fiducials.csv"
+PRONE, NIPPLES = (path.replace("{p}", "prone") for path in (MESH, THERE))
+PRESSED_SHAPE = f"results/compression/{{v}}/{{side}}/{XRAYED}"
+XRAY_IMAGES = f"results/xray/{{v}}/{{side}}/{XRAYED}"
 OF_SHAPES = {
     "measured": f"results/meshes/{{v}}/{MODELLED_IN}.vtu",
     "fiducials": f"results/registration/{{v}}/{MODELLED_IN}_fiducials.csv",
     "shapes": [f"results/mechanics/{{v}}/stress_free/{MODELLED_IN}_{method}.vtu" for method in STRESS_FREE["methods"]],
 }
-PRESSED_FILES = {"plates": "results/compression/{v}/{side}/standard_{moduli}_plates.json"}
-# Rule: its figure, the function that draws it, its files, what the function is told. Those that show the truth of a
-# digital volunteer are called score_.
+OF_ALL_STRATEGIES = {
+    "faces": lambda wildcards: pressed_by_all(wildcards, "_faces.csv"),
+    "shapes": lambda wildcards: pressed_by_all(wildcards, ".vtu"),
+    "plates": "results/compression/{v}/{side}/standard_{moduli}_plates.json",
+}
+# Figure: the function that draws it, and its files.
 PICTURED = {
-    "figure_positions": (
-        "positions_{v}",
+    "positions_{v}": (
         "volunteers.positions",
         {
             "images": lambda wildcards: [f"results/images/{wildcards.v}/{p}.nii.gz" for p in positions(wildcards.v)],
             "fiducials": lambda wildcards: [f"results/fiducials/{wildcards.v}/{p}.csv" for p in positions(wildcards.v)],
         },
-        {"gravity": lambda wildcards: {p: gravity(wildcards.v, p) for p in positions(wildcards.v)}},
     ),
-    "figure_registration": (
-        "registration_{v}_{p}",
+    "registration_{v}_{p}": (
         "volunteers.registration",
         {
             "fixed": f"results/images/{{v}}/{REFERENCE}.nii.gz",
@@ -90,10 +94,8 @@ PICTURED = {
             "steps": "results/registration/{v}/{p}_steps.csv",
             "fiducials": f"results/fiducials/{{v}}/{REFERENCE}.csv",
         },
-        {},
     ),
-    "figure_segmentation": (
-        "segmentation_{v}_{p}",
+    "segmentation_{v}_{p}": (
         "volunteers.segmentation",
         {
             "image": "results/images/{v}/{p}.nii.gz",
@@ -101,133 +103,102 @@ PICTURED = {
             "fiducials": "results/fiducials/{v}/{p}.csv",
             "dice": lambda wildcards: scored_of(wildcards.v, f"segmentation_{wildcards.p}"),
         },
-        {"behind_mm": XRAY["lesion"]["depth_mm"] / 2},
     ),
-    "figure_mesh": (
-        "mesh_{v}_{p}",
-        "volunteers.mesh",
-        {"mesh": "results/meshes/{v}/{p}.vtu", "fiducials": "results/registration/{v}/{p}_fiducials.csv"},
-        {},
-    ),
-    "figure_upright": (
-        "upright_{v}",
+    "mesh_{v}_{p}": ("volunteers.mesh", {"mesh": MESH, "fiducials": THERE}),
+    "upright_{v}": (
         "shapes.upright",
         {
-            "measured": "results/meshes/{v}/prone.vtu",
-            "fiducials": "results/registration/{v}/prone_fiducials.csv",
+            "measured": PRONE,
+            "fiducials": NIPPLES,
             "table": "results/study/upright.csv",
             "shapes": [f"results/mechanics/{{v}}/upright/skin_{kpa}kpa.vtu" for kpa in UPRIGHT["skin_kpa"]],
         },
-        {"skin_kpa": UPRIGHT["skin_kpa"]},
     ),
-    "figure_morph": (
-        "morph_{v}",
+    "morph_{v}": (
         "shapes.morph",
         {
-            "prone": "results/meshes/{v}/prone.vtu",
+            "prone": PRONE,
             "supine": "results/meshes/{v}/supine.vtu",
             "morphed": "results/morph/{v}/mean_start_morphed.vtu",
             "mean": "results/morph/{v}/mean_start.vtu",
             "history": "results/morph/{v}/mean_start_history.csv",
-            "fiducials": "results/registration/{v}/prone_fiducials.csv",
+            "fiducials": NIPPLES,
         },
-        {},
     ),
-    "figure_stress_free": ("stress_free_{v}", "shapes.stress_free", OF_SHAPES, {"methods": STRESS_FREE["methods"]}),
-    "score_shapes": (
-        "true_stress_free_{v}",
+    "stress_free_{v}": ("shapes.stress_free", OF_SHAPES),
+    "true_stress_free_{v}": (
         "shapes.stress_free",
-        {
-            **OF_SHAPES,
-            "truth": "results/truth/{v}/stress_free.vtu",
-            "motion": f"results/truth/{{v}}/{REFERENCE}_motion.tfm",
-        },
-        {"methods": STRESS_FREE["methods"]},
+        OF_SHAPES
+        | {"truth": "results/truth/{v}/stress_free.vtu", "motion": f"results/truth/{{v}}/{REFERENCE}_motion.tfm"},
     ),
-    "figure_identification": (
-        "identification_{v}",
+    "identification_{v}": (
         "fits.identification",
         {name: f"results/identification/{{v}}/{name}.csv" for name in ("grid", "history", "moduli")},
-        {"prior": IDENTIFICATION["prior"]},
     ),
-    "figure_fitted_shapes": (
-        "fitted_shapes_{v}",
+    "fitted_shapes_{v}": (
         "fits.fitted_shapes",
         {
-            "prone": "results/meshes/{v}/prone.vtu",
+            "prone": PRONE,
             "supine": "results/meshes/{v}/supine.vtu",
             "stress_free": "results/identification/{v}/stress_free.vtu",
             "predicted": "results/validation/{v}/supine.vtu",
-            "fiducials": "results/registration/{v}/prone_fiducials.csv",
+            "fiducials": NIPPLES,
         },
-        {},
     ),
-    "figure_validation": (
-        "validation_{v}_{p}",
+    "validation_{v}_{p}": (
         "fits.prediction",
         {
             "shapes": lambda wildcards: [f"results/validation/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
             "measured": lambda wildcards: [f"results/meshes/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
-            "fiducials": "results/registration/{v}/{p}_fiducials.csv",
+            "fiducials": THERE,
         },
-        {"fitted": lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)}},
     ),
-    "figure_compression": (
-        "compression_{v}_{side}",
+    "compression_{v}_{side}": (
         "presses.compression",
         {
-            "shape": f"results/compression/{{v}}/{{side}}/{XRAYED}.vtu",
-            "plates": f"results/compression/{{v}}/{{side}}/{XRAYED}_plates.json",
-            "faces": f"results/compression/{{v}}/{{side}}/{XRAYED}_faces.csv",
+            **{"shape": f"{PRESSED_SHAPE}.vtu", "plates": f"{PRESSED_SHAPE}_plates.json"},
+            "faces": f"{PRESSED_SHAPE}_faces.csv",
             "stress_free": f"results/mechanics/{{v}}/stress_free/{MODELLED_IN}_{STRESS_FREE['default']}.vtu",
         },
-        {},
     ),
-    "figure_thickness": (
-        "thickness_{v}_{side}_{moduli}",
+    "thickness_{v}_{side}_{moduli}": (
         "presses.thickness",
-        {"maps": lambda wildcards: pressed_by_all(wildcards, "_thickness.csv"), **PRESSED_FILES},
-        {"strategies": list(STRATEGIES)},
-    ),
-    "figure_discomfort": (
-        "discomfort_{v}_{side}_{moduli}",
-        "presses.discomfort",
         {
-            "shapes": lambda wildcards: pressed_by_all(wildcards, ".vtu"),
-            "faces": lambda wildcards: pressed_by_all(wildcards, "_faces.csv"),
-            **PRESSED_FILES,
+            "maps": lambda wildcards: pressed_by_all(wildcards, "_thickness.csv"),
+            "plates": OF_ALL_STRATEGIES["plates"],
         },
-        {"strategies": list(STRATEGIES)},
     ),
-    "figure_phantom": (
-        "phantom_{v}_{side}",
-        "xrays.phantom",
-        {"labels": f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz"},
-        {},
-    ),
-    "figure_mammogram": (
-        "mammogram_{v}_{side}",
+    "discomfort_{v}_{side}_{moduli}": ("presses.discomfort", OF_ALL_STRATEGIES),
+    "phantom_{v}_{side}": ("xrays.phantom", {"labels": f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz"}),
+    "mammogram_{v}_{side}": (
         "xrays.mammogram",
-        {
-            "image": f"results/xray/{{v}}/{{side}}/{XRAYED}_mammogram.nii.gz",
-            "row": f"results/xray/{{v}}/{{side}}/{XRAYED}_image.csv",
-        },
-        {},
+        {"image": f"{XRAY_IMAGES}_mammogram.nii.gz", "row": f"{XRAY_IMAGES}_image.csv"},
     ),
-    "figure_tomosynthesis": (
-        "tomosynthesis_{v}_{side}",
+    "tomosynthesis_{v}_{side}": (
         "xrays.tomosynthesis",
         {
             "phantom": f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz",
-            "filtered_backprojection": f"results/xray/{{v}}/{{side}}/{XRAYED}_fbp.nii.gz",
-            "sart": f"results/xray/{{v}}/{{side}}/{XRAYED}_sart.nii.gz",
-            "profiles": f"results/xray/{{v}}/{{side}}/{XRAYED}_depth.csv",
+            **{"filtered_backprojection": f"{XRAY_IMAGES}_fbp.nii.gz", "sart": f"{XRAY_IMAGES}_sart.nii.gz"},
+            "profiles": f"{XRAY_IMAGES}_depth.csv",
         },
-        {},
+    ),
+}
+# What a function is told besides.
+TOLD_TOO = {
+    "positions_{v}": {"gravity": lambda wildcards: {p: gravity(wildcards.v, p) for p in positions(wildcards.v)}},
+    "segmentation_{v}_{p}": {"behind_mm": XRAY["lesion"]["depth_mm"] / 2},
+    "upright_{v}": {"skin_kpa": UPRIGHT["skin_kpa"]},
+    **dict.fromkeys(("stress_free_{v}", "true_stress_free_{v}"), {"methods": STRESS_FREE["methods"]}),
+    "identification_{v}": {"prior": IDENTIFICATION["prior"]},
+    "validation_{v}_{p}": {"fitted": lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)}},
+    **dict.fromkeys(
+        ("thickness_{v}_{side}_{moduli}", "discomfort_{v}_{side}_{moduli}"), {"strategies": list(STRATEGIES)}
     ),
 }
 
-for named, (figure, function, shown, told) in PICTURED.items():
+for figure, (function, shown) in PICTURED.items():
+    # A figure that shows the truth of a digital volunteer is a score.
+    named = ("score_" if "truth" in shown else "figure_") + figure.split("_{")[0]
 
     rule:
         name:
@@ -240,7 +211,7 @@ for named, (figure, function, shown, told) in PICTURED.items():
             f"results/study/figures/{figure}.png",
         params:
             function=function,
-            **told,
+            **TOLD_TOO.get(figure, {}),
         log:
             f"results/logs/{named}/{figure}.log",
         benchmark:

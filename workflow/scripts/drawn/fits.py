@@ -35,7 +35,7 @@ def fitted_shapes(files: dict, told: dict, job: dict) -> Figure:
 
 
 def prediction(files: dict, told: dict, job: dict) -> Figure:
-    """One position, and the distances of the skin in all; told: which were fitted, in the order of the files."""
+    """One position, and distances of the skin in all; told: which were fitted, in the order of the files."""
     pairs, fitted, position = {}, told["fitted"], job["p"]
     for name, shape, measured in zip(fitted, files["shapes"], files["measured"]):
         try:

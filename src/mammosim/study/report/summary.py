@@ -31,7 +31,6 @@ PACKAGES = (
 )
 ASSUMPTION = re.compile(r"^\s*# ASSUME: (.*)$")
 CONTINUED = re.compile(r"^\s*# (?!ASSUME)(.*)$")
-CITATION = re.compile(r"\[?@([a-z]+\d{4}[a-z]?)\]?")
 
 
 def numbers(
@@ -85,15 +84,6 @@ def _continued(lines: Iterable[str]) -> Iterable[str]:
         if not match:
             return
         yield match[1].strip()
-
-
-def citations(sources: Mapping[str, str]) -> dict[str, list[str]]:
-    """Which files cite which [@key]: key -> sorted file names."""
-    found: dict[str, set[str]] = {}
-    for file, text in sources.items():
-        for key in CITATION.findall(text):
-            found.setdefault(key, set()).add(file)
-    return {key: sorted(files) for key, files in sorted(found.items())}
 
 
 def provenance(configuration: Configuration, *, lock: str, assumed: pd.DataFrame) -> dict[str, object]:
