@@ -7,10 +7,9 @@ are finite unless their Limits say otherwise.
 """
 
 import re
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
-from functools import lru_cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -72,7 +71,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Each field as its annotation has it: lists become tuples, whole numbers floats."""
-        for name, kind in annotations(type(self)).items():  # type: ignore[arg-type]
+        for name, kind in annotations(type(self)).items():
             object.__setattr__(self, name, read(kind, getattr(self, name), name))
 
 
@@ -117,17 +116,17 @@ def named_words(value: Any) -> str:
     return f"{re.sub('(?<!^)(?=[A-Z])', ' ', type(value).__name__).lower()} {words(value)}"
 
 
-@lru_cache
-def annotations(kind: Hashable) -> dict[str, Any]:
+def annotations(kind: type) -> dict[str, Any]:
     """The annotation of each field that a dataclass is made of."""
     hints = get_type_hints(kind, include_extras=True)
-    return {f.name: hints[f.name] for f in fields(kind) if f.init}  # type: ignore[arg-type]
+    return {f.name: hints[f.name] for f in fields(kind) if f.init}
 
 
 def _annotated(kind: Any, about: Any, value: Any, place: str) -> Any:
     if isinstance(about, Limits):
         return _plain(kind, value, place, about)
-    if isinstance(value, (tuple, *about.kinds.values())):
+    kinds, several = tuple(about.kinds.values()), isinstance(about, SomeOf) and isinstance(value, tuple)
+    if isinstance(value, kinds) or (several and all(isinstance(one, kinds) for one in value)):
         return value
     given = dict(_mapping(value, place))
     if isinstance(about, OneOf) and about.key:
