@@ -61,9 +61,9 @@ def test_made_volunteers_go_the_way_of_every_volunteer(study):
 
 def test_every_rule_says_what_it_does_and_keeps_a_log(repository):
     text = "\n".join(path.read_text() for path in sorted((repository / "workflow/rules").glob("*.smk")))
-    rules = re.split(r"^rule ", text, flags=re.M)[1:]
+    rules = re.split(r"^ *rule ?(?=[\w:])", text, flags=re.M)[1:]
     assert len(rules) > 30
-    silent = [rule.split(":")[0] for rule in rules if not rule.split(":\n", 1)[1].lstrip().startswith('"""')]
+    silent = [rule.split(":")[0] for rule in rules if not re.match(r'[^:]*:\s*(name:\s*\w+\s*)?"""', rule)]
     assert silent == []
     for parts in (("log:",), ("benchmark:",), ("resources:",), ("library=",)):
         assert [rule.split(":")[0] for rule in rules if not any(part in rule for part in parts)] == []
@@ -79,8 +79,8 @@ def test_every_stage_of_a_volunteer_may_find_no_answer(repository):
     """One that asks for a volunteer, or makes a figure of her, writes the reason in place of its outputs."""
     text = "\n".join(path.read_text() for path in sorted((repository / "workflow/rules").glob("*.smk")))
     unable = set()
-    for rule in re.split(r"^rule ", text, flags=re.M)[1:]:
-        output = re.search(r"    output:\n(.*?)\n    \w+:", rule, flags=re.S)
+    for rule in re.split(r"^ *rule ?(?=[\w:])", text, flags=re.M)[1:]:
+        output = re.search(r" output:\n(.*?)\n +\w+:", rule, flags=re.S)
         script = re.search(r'"\.\./scripts/(\w+\.py)"', rule)
         of_a_volunteer = output and re.search(r"\{[vw]\}|figures/(?!accuracy|scenes|peers|hard)", output[1])
         if of_a_volunteer and "_stage.run" not in (repository / "workflow/scripts" / script[1]).read_text():

@@ -39,3 +39,9 @@ def drawn_by(wildcards):
     """The package files that the function of a figure depends on."""
     home_of_it = DRAWN[wildcards.figure][0].split(".")[0]
     return dependencies([SCRIPTS / "figure.py", PACKAGE / "figures" / f"{home_of_it}.py"])
+
+
+def pictured_by(function):
+    """The script in which a function of PICTURED stands, and the package files that it depends on."""
+    script = SCRIPTS / "drawn" / f"{function.split('.')[0]}.py"
+    return [str(script), *dependencies([SCRIPTS / "picture.py", script])]

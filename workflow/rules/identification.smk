@@ -50,22 +50,18 @@ rule identify_grid:
         "../scripts/identify_grid.py"
 
 
-rule figure_identification:
-    """The map of the grid, the way of the fit, and the moduli with their intervals."""
+rule moduli_ratio:
+    """How much stiffer tissues are under compression than under gravity, in the literature and fitted here."""
     input:
-        grid="results/identification/{v}/grid.csv",
-        history="results/identification/{v}/history.csv",
-        moduli="results/identification/{v}/moduli.csv",
-        library=library("figure_identification.py"),
+        fitted="results/study/identification.csv",
+        library=library("moduli_ratio.py"),
     output:
-        "results/study/figures/identification_{v}.png",
-    params:
-        prior=IDENTIFICATION["prior"],
+        "results/identification/ratio.csv",
     log:
-        "results/logs/figure_identification/{v}.log",
+        "results/logs/moduli_ratio/all.log",
     benchmark:
-        "results/benchmarks/figure_identification/{v}.tsv"
+        "results/benchmarks/moduli_ratio/all.tsv"
     resources:
-        mem_mb=1000,
+        mem_mb=500,
     script:
-        "../scripts/figure_identification.py"
+        "../scripts/moduli_ratio.py"

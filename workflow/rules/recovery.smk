@@ -1,4 +1,4 @@
-# Are true moduli found? Of made volunteers, one per seed, on demand; and of the study's digital volunteers.
+# Are true moduli found? Of virtual patients, one per seed, on demand; and of the study's digital volunteers.
 PAGES["recovery"] = {"tables": ["recovery", "recovery_tissues", "recovery_draws"], "figures": ["recovery"]}
 
 
@@ -24,7 +24,7 @@ rule score_moduli:
 
 
 rule score_draws:
-    """Every draw of the made volunteers, and why it was refused."""
+    """Every sample of the virtual patients, and how it ended."""
     input:
         rows=expand("results/truth/{w}/draws.csv", w=MADE),
         library=library("table.py"),
@@ -41,7 +41,7 @@ rule score_draws:
 
 
 rule recovery_table:
-    """The moduli of all made volunteers, and how often the truth lies in its interval."""
+    """The moduli of all virtual patients, and how often the truth lies in its interval."""
     input:
         rows=expand("results/scores/{w}/moduli.csv", w=MADE),
         library=library("recovery_table.py"),
@@ -60,7 +60,7 @@ rule recovery_table:
 
 
 rule recovery:
-    """Moduli of made volunteers found again, on demand: results/study/recovery.csv and recovery.html."""
+    """Moduli of virtual patients found again, on demand: results/study/recovery.csv and recovery.html."""
     input:
         **page("recovery"),
         library=library("page.py"),

@@ -2,7 +2,7 @@
 VALIDATION = config["validation"]
 PROPAGATION = config["propagation"]
 WRONG_MODEL = VALIDATION["wrong_model"]
-TWINS = [*WRONG_MODEL, *WRONG_MODEL.values()]
+WITH_REFERENCES = [*WRONG_MODEL, *WRONG_MODEL.values()]
 PAGES["wrong_model"] = {"tables": ["wrong_model", "wrong_model_moduli"], "figures": ["wrong_model"]}
 PRESSED = ["fit", *range(PROPAGATION["pressed"])]
 
@@ -137,39 +137,18 @@ rule propagation_rows:
         "../scripts/propagation_rows.py"
 
 
-rule figure_validation:
-    """A position that no fit saw, predicted over measured."""
-    input:
-        shapes=lambda wildcards: [f"results/validation/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
-        measured=lambda wildcards: [f"results/meshes/{wildcards.v}/{p}.vtu" for p in validated(wildcards.v)],
-        fiducials="results/registration/{v}/{p}_fiducials.csv",
-        library=library("figure_validation.py"),
-    output:
-        "results/study/figures/validation_{v}_{p}.png",
-    params:
-        fitted=lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)},
-    log:
-        "results/logs/figure_validation/{v}_{p}.log",
-    benchmark:
-        "results/benchmarks/figure_validation/{v}_{p}.tsv"
-    resources:
-        mem_mb=1000,
-    script:
-        "../scripts/figure_validation.py"
-
-
 rule wrong_model_table:
-    """What a fit whose model leaves something out costs: errors and moduli beside those of a woman's twin."""
+    """What a fit whose model leaves something out costs: errors and moduli beside those of a reference volunteer."""
     input:
-        validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in TWINS for p in validated(v)],
-        moduli=expand("results/identification/{v}/moduli.csv", v=TWINS),
+        validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in WITH_REFERENCES for p in validated(v)],
+        moduli=expand("results/identification/{v}/moduli.csv", v=WITH_REFERENCES),
         library=library("wrong_model_table.py"),
     output:
         table="results/study/wrong_model.csv",
         moduli="results/study/wrong_model_moduli.csv",
         numbers="results/study/wrong_model.json",
     params:
-        twins=WRONG_MODEL,
+        references=WRONG_MODEL,
     log:
         "results/logs/wrong_model_table/all.log",
     benchmark:

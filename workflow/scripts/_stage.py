@@ -45,7 +45,7 @@ def run(snakemake) -> Iterator[dict[str, str]]:
 def write_in_place(path: str, reason: str, job: dict[str, str]) -> None:
     """The reason in the place of one output."""
     if Path(path).suffix == ".png":
-        from mammosim.figures.notice import notice
+        from mammosim.figures.status import notice
         from mammosim.io.figures import write_figure
 
         write_figure(notice(reason), path, missing=reason)

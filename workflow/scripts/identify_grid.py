@@ -2,15 +2,21 @@
 
 import _stage
 
+from mammosim.core.settings import read
 from mammosim.io.tables import write_table
+from mammosim.study.identification.fit import grid_table
+from mammosim.study.identification.moduli import Materials
 from mammosim.study.identification.pair import read_pair
-from mammosim.study.identification.problem import Prior, Problem
-from mammosim.study.identification.search import grid_table
+from mammosim.study.identification.problem import Problem
+from mammosim.study.identification.settings import Grid, Prior
 
 
 def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dict, settings: dict) -> None:
-    problem = Problem(read_pair(files, gravity), tissues, Prior(**settings["prior"]))
-    table = grid_table(problem, **settings["grid"])
+    prior, grid = (
+        read(Prior, settings["prior"], "identification.prior"),
+        read(Grid, settings["grid"], "identification.grid"),
+    )
+    table = grid_table(Problem(read_pair(files, gravity), read(Materials, tissues, "tissues"), prior), grid)
     table.insert(0, "volunteer", volunteer)
     write_table(table, files["grid"])
 

@@ -5,22 +5,23 @@ from pathlib import Path
 import _log
 import yaml
 
+from mammosim.core.settings import read
 from mammosim.io.tables import read_json, read_rows
-from mammosim.study.report.layout import Contents, sections
+from mammosim.study.report.layout import Contents, Layout, sections
 from mammosim.study.report.pages import report
 
 
 def main(files: dict, target: str, out: str) -> None:
-    layout = yaml.safe_load(Path(files["text"]).read_text())
+    layout = read(Layout, yaml.safe_load(Path(files["text"]).read_text()), files["text"])
     contents = Contents(
         {Path(path).stem: Path(path).read_bytes() for path in files["pictures"]},
         {Path(path).stem: read_rows(path) for path in files["tables"]},
     )
     page = report(
-        f"mammosim: {layout['title'].lower()}",
-        sections(layout["sections"], contents),
+        f"mammosim: {layout.title.lower()}",
+        sections(layout, contents),
         numbers=read_json(files["numbers"]),
-        subtitle=layout["subtitle"],
+        subtitle=layout.subtitle,
         footer=f"made by snakemake {target}",
     )
     Path(out).write_text(page)

@@ -5,13 +5,15 @@ from functools import partial
 import _stage
 
 from mammosim.core.positions import gravity_vector
+from mammosim.core.settings import read
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform
 from mammosim.mechanics.body import SIDES
 from mammosim.mechanics.inverse import InverseSettings, inverse
-from mammosim.study.identification.propagation import drawn_body, nipple_table, posed
+from mammosim.study.identification.moduli import Materials
+from mammosim.study.identification.propagation import drawn_body, nipple_table, repositioned
 
 # Of the weight: Newton has then two steps behind it, and its next one moves the skin by 0.01 mm or less.
 TOLERANCE = 1e-2
@@ -22,9 +24,10 @@ def main(files: dict[str, str], volunteer: str, settings: dict) -> None:
     samples = read_table(files["samples"]).head(settings["draws"])
     turned = [read_transform(files[name]).R for name in ("from_transform", "to_transform")]
     gravity, new_gravity = (R @ gravity_vector(text) for R, text in zip(turned, settings["gravity"]))
-    draws = posed(
+    assumed = read(Materials, settings["tissues"], "tissues")
+    draws = repositioned(
         mesh,
-        [drawn_body(mesh, draw, settings["tissues"]) for _, draw in samples.iterrows()],
+        [drawn_body(mesh, draw, assumed) for _, draw in samples.iterrows()],
         unload=partial(inverse, settings=InverseSettings(tolerance=TOLERANCE)),
         gravity=gravity,
         new_gravity=new_gravity,

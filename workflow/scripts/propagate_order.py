@@ -4,20 +4,22 @@ import _stage
 import numpy as np
 import pandas as pd
 
+from mammosim.core.settings import read
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.io.meshes import read_mesh, read_point_data
 from mammosim.io.tables import read_table, write_table
+from mammosim.study.identification.moduli import Materials
 from mammosim.study.identification.propagation import drawn_body, stored_energy
 
 
 def main(files: dict[str, str], job: dict, settings: dict, out: str) -> None:
     mesh, x = read_mesh(files["mesh"]), read_mesh(files["fit"]).points
-    energies = []
+    assumed, energies = read(Materials, settings["tissues"], "tissues"), []
     for number, draw in read_table(files["samples"]).head(settings["draws"]).iterrows():
         rest = read_point_data(files["rests"], f"draw_{number}")
-        body = drawn_body(mesh, draw, settings["tissues"])
-        refused = not np.isfinite(rest).all()
-        energies.append(np.nan if refused else stored_energy(body, mesh.moved_to(rest), x) / UJ_PER_MJ)
+        body = drawn_body(mesh, draw, assumed)
+        known = np.isfinite(rest).all()
+        energies.append(stored_energy(body, mesh.moved_to(rest), x) / UJ_PER_MJ if known else np.nan)
     table = pd.DataFrame({"draw": range(len(energies)), "stored_energy_mj": energies})
     write_table(table.assign(**job)[[*job, "draw", "stored_energy_mj"]], out)
 

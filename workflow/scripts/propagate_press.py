@@ -5,8 +5,10 @@ import pandas as pd
 
 from mammosim.chain.files import chain_of
 from mammosim.chain.unloaded import StressFree
+from mammosim.core.settings import read
 from mammosim.io.meshes import read_point_data, write_mesh
 from mammosim.io.tables import read_table, write_table
+from mammosim.study.identification.moduli import Materials
 from mammosim.study.identification.propagation import FIT, by_stiffness, drawn_body
 
 
@@ -16,7 +18,8 @@ def main(files: dict, job: dict, settings: dict) -> None:
         energies = read_table(files["order"][0]).stored_energy_mj.to_numpy()
         draw = int(by_stiffness(energies, settings["pressed"])[int(job["rank"])])
     mesh = chain["mesh"]
-    body = drawn_body(mesh, read_table(files["samples"]).iloc[draw], chain.setting("tissues"))
+    assumed = read(Materials, chain.setting("tissues"), "tissues")
+    body = drawn_body(mesh, read_table(files["samples"]).iloc[draw], assumed)
     rest = mesh.moved_to(read_point_data(files["rests"], f"draw_{draw}"))
     drawn = chain.given({"pressed_body": body, "stress_free": StressFree(rest, pd.DataFrame())})
     found, dose = drawn["pressed"], drawn["exposed_dose"]

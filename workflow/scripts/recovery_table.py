@@ -1,11 +1,11 @@
-"""The moduli of all made volunteers, how often each was found, and the numbers that the page quotes."""
+"""The moduli of all virtual patients, how often each was found, and the numbers that the page quotes."""
 
 import _log
 import pandas as pd
 
 from mammosim.io.missing import missing_rows
 from mammosim.io.tables import read_rows, read_those_there, write_json, write_table
-from mammosim.study.identification.recovery import by_tissue, numbers
+from mammosim.study.identification.scores import by_tissue, numbers
 
 COLUMNS = ["seed", "side", "tissue", "true_kpa", "fitted_kpa", "low_kpa", "high_kpa", "inside_95", "seconds"]
 

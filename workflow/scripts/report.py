@@ -6,19 +6,20 @@ import _log
 import pandas as pd
 import yaml
 
-from mammosim.figures.cost import time_and_memory
+from mammosim.core.settings import read
+from mammosim.figures.status import time_and_memory
 from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.jobs.completeness import told
-from mammosim.study.report.bibliography import entries
-from mammosim.study.report.layout import Contents, sections
+from mammosim.study.report.layout import Contents, Layout, sections
 from mammosim.study.report.pages import Listing, Section, report
+from mammosim.study.report.summary import entries
 
 
 def main(files: dict, title: str, out: str) -> None:
-    layout = yaml.safe_load(Path(files["text"]).read_text())
-    pages = {Path(path).stem: yaml.safe_load(Path(path).read_text()) for path in files["page_texts"]}
+    layout = layout_of(files["text"])
+    pages = {Path(path).stem: layout_of(path) for path in files["page_texts"]}
     of_pages = {kind: [p for p in files["pages"] if p.endswith(kind)] for kind in (".csv", ".png", ".json")}
     numbers = read_json(files["numbers"])
     for path in of_pages[".json"]:
@@ -26,13 +27,18 @@ def main(files: dict, title: str, out: str) -> None:
     pictures = {Path(path).stem: Path(path).read_bytes() for path in files["pictures"] + of_pages[".png"]}
     pictures["cost"] = png_of(time_and_memory(benchmarks(Path("results/benchmarks"))))
     shown = sections(
-        layout["sections"],
+        layout,
         Contents(pictures, tables(files, of_pages[".csv"])),
         pages=pages,
         made=[Path(path).stem for path in of_pages[".json"]],
     )
     shown = (shown[0], completeness(read_rows(files["missing"]), read_rows(files["not_planned"])), *shown[1:])
-    Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout["subtitle"]))
+    Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout.subtitle))
+
+
+def layout_of(file: str) -> Layout:
+    """The layout that a file of workflow/report describes."""
+    return read(Layout, yaml.safe_load(Path(file).read_text()), Path(file).name)
 
 
 def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame) -> Section:

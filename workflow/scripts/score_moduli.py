@@ -3,7 +3,7 @@
 import _stage
 
 from mammosim.io.tables import read_table, write_table
-from mammosim.study.identification.recovery import scored
+from mammosim.study.identification.scores import scored
 
 
 def main(files: dict[str, str], seed: int, out: str) -> None:

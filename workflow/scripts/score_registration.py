@@ -5,7 +5,7 @@ import _stage
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.identification.score import registration_error, score_row
+from mammosim.study.identification.scores import registration_error, score_row
 
 
 def main(files: dict[str, str], volunteer: str, position: str, out: str) -> None:

@@ -5,7 +5,7 @@ import _stage
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.identification.score import score_row, shape_error
+from mammosim.study.identification.scores import score_row, shape_error
 
 
 def main(files: dict[str, str], volunteer: str, method: str, out: str) -> None:

@@ -3,18 +3,21 @@
 import _log
 
 from mammosim.chain.files import chain_of
+from mammosim.core.settings import read
 from mammosim.io.tables import read_table, write_table
-from mammosim.study.identification.softening import fitted_tissues, rows
+from mammosim.study.identification.moduli import Materials, Moduli
+from mammosim.study.identification.softening import rows
 
 
 def main(files: dict, job: dict, settings: dict, out: str) -> None:
     nu = float(read_table(files["fit"]).poisson_ratio.iloc[0])
     assumed = chain_of(settings["given"], files)
-    moduli = read_table(files["moduli"])
-    tissues = fitted_tissues(moduli, assumed.setting("tissues"), side=job["side"], poisson_ratio=nu)
-    today = assumed.with_settings({"tissues": tissues, "load.tissues": tissues})
+    moduli = Moduli.of_rows(read_table(files["moduli"]))
+    fitted = moduli.materials(
+        read(Materials, assumed.setting("tissues"), "tissues"), job["side"], poisson_ratio=nu
+    )
     variants = [(tissue, factor) for tissue in ("glandular", "all") for factor in settings["factors"]]
-    table = rows(today, variants)
+    table = rows(assumed, fitted, variants)
     write_table(table.assign(**job)[[*job, *table.columns]], out)
 
 

@@ -9,7 +9,7 @@ from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
-from mammosim.study.sweep import one_law, repose, sweep_row
+from mammosim.study.sweep import one_law, reposition, sweep_row
 
 NIPPLES = ("nipple_left", "nipple_right")
 
@@ -20,17 +20,17 @@ def main(files: dict[str, str], volunteer: str, kpa: float, settings: dict, grav
     tissues = one_law(kpa, **settings)
     supine, prone = map(gravity_vector, gravity)
     prone = read_transform(files["transform"]).R @ prone
-    reposed = repose(mesh, tissues, gravity=supine, new_gravity=prone)
+    repositioned = reposition(mesh, tissues, gravity=supine, new_gravity=prone)
     row = sweep_row(
         volunteer,
         tissues,
         mesh,
-        reposed,
+        repositioned,
         nipples=np.array([start.point(name) for name in NIPPLES]),
         goal=np.array([goal.point(name) for name in NIPPLES]),
     )
     write_table(pd.DataFrame([row]), files["row"])
-    write_mesh(mesh, files["shape"], point_data={"rest": reposed.rest, "predicted": reposed.points})
+    write_mesh(mesh, files["shape"], point_data={"rest": repositioned.rest, "predicted": repositioned.points})
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
 from mammosim.mechanics.body import Skin
-from mammosim.study.sweep import one_law, repose, upright_row
+from mammosim.study.sweep import one_law, reposition, upright_row
 
 
 def main(files: dict[str, str], volunteer: str, skin_kpa: float, settings: dict, gravity: str) -> None:
@@ -23,11 +23,11 @@ def main(files: dict[str, str], volunteer: str, skin_kpa: float, settings: dict,
     motion = read_transform(files["transform"]) if "transform" in files else IDENTITY
     prone = motion.R @ gravity_vector(gravity)
     upright = gravity_direction("upright")
-    reposed = repose(mesh, tissues, gravity=prone, new_gravity=upright, skin=skin)
+    repositioned = reposition(mesh, tissues, gravity=prone, new_gravity=upright, skin=skin)
     nipples = np.array([fiducials.point(name) for name in ("nipple_left", "nipple_right")])
-    row = upright_row(volunteer, tissues, mesh, reposed, nipples=nipples, skin=skin)
+    row = upright_row(volunteer, tissues, mesh, repositioned, nipples=nipples, skin=skin)
     write_table(pd.DataFrame([row]), files["row"])
-    write_mesh(mesh, files["shape"], point_data={"rest": reposed.rest, "predicted": reposed.points})
+    write_mesh(mesh, files["shape"], point_data={"rest": repositioned.rest, "predicted": repositioned.points})
 
 
 if __name__ == "__main__":

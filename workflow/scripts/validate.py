@@ -2,14 +2,15 @@
 
 import _stage
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.core.positions import gravity_vector
+from mammosim.core.settings import read
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.tabulated import tabulated
 from mammosim.io.transforms import read_transform
-from mammosim.study.identification.moduli import Moduli
+from mammosim.study.identification.moduli import Materials, Moduli
 from mammosim.study.identification.validation import Start, errors, predicted, rows
 
 
@@ -18,7 +19,7 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
     start = Start(mesh, read_fiducials(files["start_fiducials"]), read_mesh(files["stress_free"]).points)
     body = Moduli.of_rows(read_table(files["moduli"])).body(
         mesh,
-        settings["tissues"],
+        read(Materials, settings["tissues"], "tissues"),
         middle_mm=0.0,
         poisson_ratio=float(read_table(files["fit"]).poisson_ratio.iloc[0]),
     )
@@ -29,7 +30,7 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
     table = rows(
         job,
         found,
-        found=errors(start, found.points, *measured) if found.outcome == VERIFIED else {},
+        found=errors(start, found.points, *measured) if found.outcome == CONVERGED else {},
         before=errors(start, mesh.points, *measured),
         published={"skin_hausdorff": published.get(job["position"], float("nan"))},
     )

@@ -1,23 +1,23 @@
-"""Errors and moduli of a woman whom the fit's model cannot describe, beside those of her twin."""
+"""Errors and moduli of a woman whom the fit's model cannot describe, beside those of a reference."""
 
 import _log
 import pandas as pd
 
 from mammosim.io.tables import read_table, write_json, write_table
-from mammosim.study.identification.wrong_model import costs, moduli_beside, numbers
+from mammosim.study.identification.validation import costs, moduli_beside, wrong_model_numbers
 
 
-def main(files: dict, twins: dict[str, str]) -> None:
+def main(files: dict, references: dict[str, str]) -> None:
     validation, moduli = (
         pd.concat(map(read_table, files[name]), ignore_index=True) for name in ("validated", "found")
     )
-    table, beside = costs(validation, twins), moduli_beside(moduli, twins)
+    table, beside = costs(validation, references), moduli_beside(moduli, references)
     write_table(table, files["table"])
     write_table(beside, files["moduli"])
-    write_json(numbers(table, beside), files["numbers"])
+    write_json(wrong_model_numbers(table, beside), files["numbers"])
 
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     inputs = {"validated": snakemake.input.validated, "found": snakemake.input.moduli}
-    main(inputs | dict(snakemake.output.items()), dict(snakemake.params.twins))
+    main(inputs | dict(snakemake.output.items()), dict(snakemake.params.references))

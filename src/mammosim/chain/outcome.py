@@ -1,3 +1,15 @@
 """How a computation ended, in tables."""
 
-VERIFIED = "verified"  # the residual of the equilibrium was checked
+from mammosim.core.errors import EquilibriumError, MammosimError
+
+CONVERGED = "converged"  # and the residual of the equilibrium was checked
+
+
+def unsolved(error: MammosimError, doing: str = "") -> str:
+    """The outcome of what an error ended: `unstable: why` where stability was lost, else `failed: why`.
+
+    doing: at what, in front of the reason.
+    """
+    # An equilibrium error has the mode by which the body gives way, where it lost its stability.
+    lost = isinstance(error, EquilibriumError) and error.mode is not None
+    return f"{'unstable' if lost else 'failed'}: {f'{doing}: ' if doing else ''}{error}"

@@ -13,7 +13,7 @@ from mammosim.chain.breast import Breast
 from mammosim.chain.conditions import uses_standard
 from mammosim.chain.discomfort import amounts_above, skin_measures, tissue_measures
 from mammosim.chain.graph import Inputs
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts, thickness_map
 from mammosim.chain.points import MaterialPoints
 from mammosim.chain.strategies import LoadPath, NoStandard, PressedState, PressSetup, Strategy, ThicknessShare
@@ -119,7 +119,7 @@ def _row(
         "energy_mj": float(last.energy_uj / UJ_PER_MJ),
         "work_mj": float(last.work_uj / UJ_PER_MJ),
         "seconds": float(found.path.seconds.sum()),
-        "outcome": VERIFIED,
+        "outcome": CONVERGED,
     }
 
 

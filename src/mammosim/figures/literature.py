@@ -7,6 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mammosim.figures.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMILION, new_figure, styled
+from mammosim.io.tabulated import tabulated
+from mammosim.study.identification.published import beside
 
 UNDER = {"gravity": BLUE, "compression": VERMILION, "ex vivo": GREEN, "assumed": ORANGE}
 FITTED, USED = "this study, fitted under gravity", "this study, assumed elsewhere"
@@ -14,10 +16,10 @@ COLOURS = {**UNDER, FITTED: SKY, USED: PURPLE}
 
 
 @styled
-def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figure:
+def moduli(fitted: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figure:
     """Young's moduli in the literature (the report's table 1.1) and in this study, on a logarithmic axis.
 
-    rows: of study.identification.published.beside, fits with their intervals; here: name -> lowest and
+    fitted: volunteer, side, tissue, fitted_kpa, low_kpa, high_kpa, identifiable; here: name -> lowest and
     highest modulus that this study assumes, kPa. A fit that is not identifiable is hollow; one that has only
     an upper end begins at the axis.
     """
@@ -25,8 +27,8 @@ def moduli(rows: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figur
         [("this study", name, low, high, USED, "") for name, (low, high) in here.items()],
         columns=["source", "tissue", "low_kpa", "high_kpa", "under", "status"],
     )
-    fitted = rows.source.str.startswith("this study")
-    kind = rows.under.where(~fitted, FITTED)
+    rows = beside(tabulated("published_biomechanics"), fitted)
+    kind = rows.under.where(~rows.source.str.startswith("this study"), FITTED)
     rows = pd.concat([rows.assign(under=kind), used], ignore_index=True)
     order = rows.under.map(list(COLOURS).index)
     rows = rows.assign(order=order).sort_values(["order", "tissue", "low_kpa"], ignore_index=True)
@@ -71,11 +73,12 @@ def _remark(ax: Axes, rows: pd.DataFrame, status: str, text: str) -> None:
 
 
 @styled
-def gravity_and_compression(rows: pd.DataFrame, ratios: pd.DataFrame) -> Figure:
+def gravity_and_compression(fitted: pd.DataFrame, ratios: pd.DataFrame) -> Figure:
     """Moduli fitted under gravity beside those used under compression, a column per tissue, with their ratio.
 
-    rows: of study.identification.published.beside; ratios: of study.identification.published.ratios.
+    fitted: as of moduli; ratios: of study.identification.published.ratios.
     """
+    rows = beside(tabulated("published_biomechanics"), fitted)
     figure = new_figure(3.8)
     ax = figure.subplots()
     tissues = [t for t in ("breast", "adipose", "glandular", "skin", "lesion") if t in set(rows.tissue)]

@@ -29,6 +29,7 @@ from mammosim.figures.style import (
     styled,
 )
 from mammosim.figures.surfaces import coloured_skin, cut_solid
+from mammosim.io.tabulated import tabulated
 
 QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
               ("mean_pressure_kpa", 1.0, "mean pressure (kPa)"),
@@ -49,13 +50,33 @@ class Marks:
     pressure_source: str
 
 
+def require_pressed(table: pd.DataFrame) -> None:
+    """Raise MissingResult where a table has no row."""
+    if table.empty:
+        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
+
+
+def practice() -> Marks:
+    """Force and the standardised pressure in practice, as published."""
+    table = tabulated("published_mammography").set_index(["source", "quantity"])
+    force = table.loc["de Groot 2015", "force"]
+    return Marks(
+        force_n=(force.low, force.high),
+        force_source="practice",
+        pressure_kpa=table.loc["de Groot 2015", "standardised pressure"]["mean"],
+        pressure_source="10 kPa, de Groot",
+    )
+
+
 @styled
-def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
+def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
     """Force, contact area, mean and peak pressure on the way of every strategy; a row per set of moduli.
 
     paths: rows of mechanics.compression.Compression.path with volunteer, side, strategy, moduli. A dot is
-    where a strategy stops. A line style per breast.
+    where a strategy stops. A line style per breast. marks: by default those of practice().
+    Raises MissingResult where nothing was pressed.
     """
+    require_pressed(paths)
     moduli, strategies = list(dict.fromkeys(paths.moduli)), list(dict.fromkeys(paths.strategy))
     figure = new_figure(0.9 + 2.1 * len(moduli))
     axes = figure.subplots(len(moduli), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
@@ -75,7 +96,7 @@ def curves(paths: pd.DataFrame, marks: Marks) -> Figure:
                 _logarithmic(panel)
         column[-1].set_xlabel("plates apart (mm)")
     axes[0, 0].xaxis.set_inverted(True)
-    _draw_marks(axes, marks)
+    _draw_marks(axes, marks or practice())
     for strategy, colour in zip(strategies, cycle(SERIES)):
         axes[0, 0].plot([], [], "o-", ms=4, color=colour, label=strategy)
     for breast, line in zip(breasts, cycle(LINES)):
@@ -121,7 +142,7 @@ def _draw_marks(axes: np.ndarray, marks: Marks) -> None:
 def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     """How thick the pressed breast is, seen from above, a panel per strategy on a common scale.
 
-    maps: strategy -> rows of chain.plates.thickness_map, none where it was refused. Lines are 5 mm
+    maps: strategy -> rows of chain.plates.thickness_map, none where it failed. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
     figure = new_figure(2.7)
@@ -130,7 +151,7 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     scale = Normalize(0.6 * min(medians), 1.25 * max(medians))
     for ax, (name, rows) in zip(axes, maps.items()):
         if rows.empty:
-            _say_refused(ax, name)
+            _say_failed(ax, name)
         else:
             _draw_map(ax, rows, scale)
             ax.set_title(f"{name}\nmedian {rows.thickness_mm.median():.1f} mm", fontsize=8)
@@ -151,8 +172,8 @@ def _draw_map(ax: Axes, rows: pd.DataFrame, scale: Normalize) -> None:
     ax.set_xlabel("across (mm)")
 
 
-def _say_refused(ax: Axes, name: str) -> None:
-    ax.set_title(f"{name}\nrefused", fontsize=8)
+def _say_failed(ax: Axes, name: str) -> None:
+    ax.set_title(f"{name}\nfailed", fontsize=8)
     ax.set_axis_off()
 
 
@@ -212,8 +233,7 @@ def amounts(table: pd.DataFrame) -> Figure:
     table: rows of chain.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
     measure's marks is darker. A colour per set of moduli. Raises MissingResult where nothing was pressed.
     """
-    if table.empty:
-        raise MissingResult("no strategy pressed any breast; the table of compressions says why")
+    require_pressed(table)
     shown = table[table.tissue.isin(["all", "skin"])]
     measures, breasts = (
         list(dict.fromkeys(shown.measure)),

@@ -38,7 +38,7 @@ TISSUE_COLOURS: Mapping[Label, str] = {
     Label.MARKER: "#009e73",
     Label.LESION: "#0072b2",
 }
-STYLE: Mapping[str, Any] = {
+STYLE: Mapping[str, str | float | bool] = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
     "axes.titlesize": 9.5,

@@ -1,7 +1,10 @@
-"""Meshes as solids to render: skin, tissues on a cut, points, plates."""
+"""Meshes as solids to render: skin, tissues on a cut, points, plates; and outlines of the skin in a plane."""
+
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -9,7 +12,8 @@ from matplotlib.lines import Line2D
 from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES, SUBTRIANGLES, TetMesh
 from mammosim.figures.render import Camera, Solid, render
-from mammosim.figures.style import ORANGE, TISSUE_COLOURS, new_figure, scale_bar, styled
+from mammosim.figures.slices import AXIS_LABELS, PLANES
+from mammosim.figures.style import ORANGE, SERIES, TISSUE_COLOURS, new_figure, picture_axes, scale_bar, styled
 
 SKIN_COLOUR = "#e3b79c"
 
@@ -93,3 +97,36 @@ def draw_solids(ax: Axes, solids: tuple[Solid, ...], camera: Camera, *, bar_mm: 
     """A rendered picture with a scale bar."""
     render(solids, camera).show(ax)
     scale_bar(ax, bar_mm)
+
+
+def outline(points: np.ndarray, triangles: np.ndarray, axis: int, at_mm: float) -> np.ndarray:
+    """Segments (n, 2, 3) where triangles (m, 3) cross the plane x[axis] = at_mm."""
+    height = points[triangles][:, :, axis] - at_mm
+    crossed = triangles[(height.min(axis=1) < 0) & (height.max(axis=1) >= 0)]
+    p = points[crossed]
+    h = p[:, :, axis] - at_mm
+    q, k = np.roll(p, -1, axis=1), np.roll(h, -1, axis=1)
+    cuts = (h < 0) != (k < 0)
+    t = np.where(cuts, h / np.where(cuts, h - k, 1), 0)
+    ends = p + t[..., None] * (q - p)
+    return ends[cuts].reshape(-1, 2, 3)
+
+
+def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: float) -> None:
+    """The skin of each shape in one plane, the first ones broader, so that all show where they coincide."""
+    cut, across, along = PLANES[plane]
+    for number, (name, mesh) in enumerate(shapes.items()):
+        segments = outline(mesh.points, boundary_triangles(mesh.boundaries["skin"]), 2 - cut, at_mm)
+        lines = LineCollection(
+            segments[:, :, [across, along]].tolist(),
+            colors=SERIES[number % len(SERIES)],
+            linewidths=max(3.6 - 0.8 * number, 1.0),
+            label=name,
+            capstyle="round",
+        )
+        ax.add_collection(lines)
+    picture_axes(ax)
+    ax.autoscale_view()
+    ax.set(xlabel=AXIS_LABELS[across], ylabel=AXIS_LABELS[along])
+    if plane == "axial":
+        ax.yaxis.set_inverted(True)

@@ -12,10 +12,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from mammosim.core.mesh import TetMesh
-from mammosim.figures.outlines import draw_outlines
 from mammosim.figures.render import Camera, render
 from mammosim.figures.style import SEQUENTIAL, SERIES, new_figure, scale_bar, styled
-from mammosim.figures.surfaces import coloured_skin
+from mammosim.figures.surfaces import coloured_skin, draw_outlines
 
 NOT_COMPARED = (0.84, 0.85, 0.87)
 FRONT = Camera.at(0, 12)
@@ -104,7 +103,7 @@ def _draw_shares(ax: Axes, distances: Mapping[str, np.ndarray]) -> None:
 def wrong_model(table: pd.DataFrame) -> Figure:
     """Errors of every position with the right and with the wrong model, a panel for each.
 
-    table: rows of study.identification.wrong_model.costs.
+    table: rows of study.identification.validation.costs.
     """
     positions = list(dict.fromkeys(table.position))
     figure = new_figure(2.9)

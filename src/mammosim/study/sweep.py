@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.points import MaterialPoints
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.labels import Label
@@ -17,12 +17,12 @@ from mammosim.mechanics.reference import smallest_jacobians
 
 
 @dataclass(frozen=True)
-class Reposed:
+class Repositioned:
     """A body brought from one position to another.
 
-    points: (n_node, 3) mm in the new position and rest (n_node, 3) in between, both NaN when refused.
-    iterations: of Newton; seconds; smallest_J: of the two equilibria, NaN when refused.
-    outcome: VERIFIED, or why no verified equilibrium was reached.
+    points: (n_node, 3) mm in the new position and rest (n_node, 3) in between, both NaN when there is none.
+    iterations: of Newton; seconds; smallest_J: of the two equilibria, NaN when there is none.
+    outcome: CONVERGED, or why no verified equilibrium was found.
     """
 
     points: np.ndarray
@@ -45,19 +45,19 @@ def one_law(
 
 
 @shared_analysis()
-def repose(
+def reposition(
     measured: TetMesh,
     tissues: Mapping[Label, Tissue],
     *,
     gravity: np.ndarray,
     new_gravity: np.ndarray,
     skin: Skin | None = None,
-) -> Reposed:
+) -> Repositioned:
     """Unload a measured shape by reverse gravity, then load it in the new position.
 
-    gravity, new_gravity: unit vectors (3,) in the mesh's frame. A refused equilibrium is an outcome.
+    gravity, new_gravity: unit vectors (3,) in the mesh's frame. A body without equilibrium is an outcome.
     """
-    refused = np.full_like(measured.points, np.nan)
+    nowhere = np.full_like(measured.points, np.nan)
     doing, iterations, seconds = "unloading", 0, 0.0
     try:
         rest = load(measured, tissues, -np.asarray(gravity), skin=skin)
@@ -67,14 +67,14 @@ def repose(
         moved = load(measured.moved_to(rest.points), tissues, new_gravity, skin=skin)
     except EquilibriumError as error:
         iterations += len(error.history)
-        return Reposed(refused, refused, iterations, seconds, np.nan, f"refused while {doing}: {error}")
-    return Reposed(
+        return Repositioned(nowhere, nowhere, iterations, seconds, np.nan, unsolved(error, doing))
+    return Repositioned(
         moved.points,
         rest.points,
         iterations + len(moved.history),
         seconds + moved.seconds,
         min(rest.smallest_J, moved.smallest_J),
-        VERIFIED,
+        CONVERGED,
     )
 
 
@@ -89,18 +89,18 @@ def sweep_row(
     volunteer: str,
     tissues: Mapping[Label, Tissue],
     measured: TetMesh,
-    reposed: Reposed,
+    repositioned: Repositioned,
     *,
     nipples: np.ndarray,
     goal: np.ndarray,
 ) -> dict[str, str | float]:
-    """How near the predicted nipples come: a row of the report's table 1.2, NaN where it was refused.
+    """How near the predicted nipples come: a row of the report's table 1.2, NaN where it was not found.
 
     nipples, goal: left and right nipple (2, 3) mm as measured in the first and in the new position, in
     the frame of the mesh. nipple_*_mm: predicted to measured; supine_*_mm: before any modelling;
-    max_displacement_mm: the largest way of any node from the measured shape to the predicted one.
+    max_displacement_mm: the largest distance of a node between the measured and the predicted shape.
     """
-    predicted = MaterialPoints.on(measured, nipples).carry(reposed.points)
+    predicted = MaterialPoints.on(measured, nipples).carry(repositioned.points)
     left, right = np.linalg.norm(predicted - goal, axis=1)
     supine_left, supine_right = np.linalg.norm(nipples - goal, axis=1)
     return {
@@ -108,10 +108,10 @@ def sweep_row(
         "youngs_modulus_kpa": tissues[Label.ADIPOSE].youngs_modulus_kpa,
         "nipple_left_mm": left,
         "nipple_right_mm": right,
-        "max_displacement_mm": largest_displacement(measured.points, reposed.points),
+        "max_displacement_mm": largest_displacement(measured.points, repositioned.points),
         "supine_left_mm": supine_left,
         "supine_right_mm": supine_right,
-        **_how(reposed),
+        **_how(repositioned),
     }
 
 
@@ -119,26 +119,26 @@ def upright_row(
     volunteer: str,
     tissues: Mapping[Label, Tissue],
     measured: TetMesh,
-    reposed: Reposed,
+    repositioned: Repositioned,
     *,
     nipples: np.ndarray,
     skin: Skin | None = None,
 ) -> dict[str, str | float]:
-    """How far the body moves from prone to upright, skin_kpa 0 without skin; NaN where it was refused.
+    """How far the body moves from prone to upright, skin_kpa 0 without skin; NaN where it was not found.
 
     nipples: left and right (2, 3) mm as measured, in the frame of the mesh.
     """
     held = MaterialPoints.on(measured, nipples)
-    left, right = np.linalg.norm(held.carry(reposed.points) - held.carry(measured.points), axis=1)
+    left, right = np.linalg.norm(held.carry(repositioned.points) - held.carry(measured.points), axis=1)
     return {
         "volunteer": volunteer,
         "youngs_modulus_kpa": tissues[Label.ADIPOSE].youngs_modulus_kpa,
         "skin_kpa": skin.youngs_modulus_kpa if skin else 0.0,
         "nipple_left_displacement_mm": left,
         "nipple_right_displacement_mm": right,
-        "max_displacement_mm": largest_displacement(measured.points, reposed.points),
-        "from_rest_mm": largest_displacement(reposed.rest, reposed.points),
-        **_how(reposed),
+        "max_displacement_mm": largest_displacement(measured.points, repositioned.points),
+        "from_rest_mm": largest_displacement(repositioned.rest, repositioned.points),
+        **_how(repositioned),
     }
 
 
@@ -147,10 +147,10 @@ def largest_displacement(before: np.ndarray, after: np.ndarray) -> float:
     return float(np.max(np.linalg.norm(after - before, axis=1)))
 
 
-def _how(reposed: Reposed) -> dict[str, str | float]:
+def _how(repositioned: Repositioned) -> dict[str, str | float]:
     return {
-        "smallest_J": reposed.smallest_J,
-        "iterations": reposed.iterations,
-        "seconds": reposed.seconds,
-        "outcome": reposed.outcome,
+        "smallest_J": repositioned.smallest_J,
+        "iterations": repositioned.iterations,
+        "seconds": repositioned.seconds,
+        "outcome": repositioned.outcome,
     }

@@ -1,4 +1,4 @@
-"""Every way to the stress-free shape on bodies whose stress-free shape is known: error, round trip, cost."""
+"""Every method of unloading on bodies whose stress-free shape is known: error, round trip, cost."""
 
 import time
 from collections.abc import Iterable, Mapping
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.core.errors import MechanicsError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
@@ -13,8 +14,6 @@ from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.unloaded import DEFAULT, Unloaded, UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
-
-FOUND = "found"
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ def rows(
     error_*_mm: of the skin's nodes against their true places; round_*_mm: of all nodes, loaded again from
     rest, against the prone shape; iterations: shapes loaded, or corrections of the inverse; factorisations:
     without the inverse's last one, which checks stability; seconds of processor, and forward_solves, the same
-    over one prone solve. A refusal is an outcome, also that of the body itself, which may have no stable
-    prone or supine state.
+    over one prone solve. A method that fails is an outcome, also where the body itself has no stable prone or
+    supine state.
     """
     # ASSUME: methods are compared on the truth's own mesh and law: what is left is the error of the method.
     try:
@@ -57,7 +56,7 @@ def rows(
         prone = case.in_position(case.gravity)
         forward = time.process_time() - began
     except MechanicsError as error:
-        return [_refused(name, f"refused: no stable prone state: {error}") for name in methods]
+        return [_row_without_numbers(name, unsolved(error, "no stable prone state")) for name in methods]
     measured, start = case.truth.moved_to(prone), _mean(case, prone)
     return [_row(case, measured, name, start, settings, forward) for name in methods]
 
@@ -68,7 +67,7 @@ def _mean(case: Case, prone: np.ndarray) -> np.ndarray | str:
     try:
         return (prone + case.in_position(-case.gravity)) / 2
     except MechanicsError as error:
-        return f"refused: no stable supine state for the mean: {error}"
+        return unsolved(error, "no stable supine state for the mean")
 
 
 def _row(
@@ -81,14 +80,14 @@ def _row(
 ) -> dict[str, str | float]:
     begins_there = method == "mean_start"
     if begins_there and isinstance(mean, str):
-        return _refused(method, mean)
+        return _row_without_numbers(method, mean)
     start = mean if begins_there and isinstance(mean, np.ndarray) else None
     began = time.process_time()
     try:
         found = METHODS[method](measured, case.body, gravity=case.gravity, start=start, settings=settings)
     except MechanicsError as error:
         seconds = time.process_time() - began
-        return _refused(method, f"refused: {error}") | _cost(seconds, forward)
+        return _row_without_numbers(method, unsolved(error)) | _cost(seconds, forward)
     seconds = time.process_time() - began
     return {**_measures(case, measured, method, found), **_cost(seconds, forward)}
 
@@ -115,15 +114,15 @@ def _round_trip(case: Case, measured: TetMesh, X: np.ndarray) -> tuple[np.ndarra
     try:
         again = replace(case, truth=measured.moved_to(X)).in_position(case.gravity)
     except MechanicsError as error:
-        return np.full(len(X), np.nan), f"not to be loaded again: {error}"
-    return np.linalg.norm(again - measured.points, axis=1), FOUND
+        return np.full(len(X), np.nan), unsolved(error, "the shape that was found cannot be loaded again")
+    return np.linalg.norm(again - measured.points, axis=1), CONVERGED
 
 
 def _cost(seconds: float, forward: float) -> dict[str, float]:
     return {"seconds": seconds, "forward_solves": seconds / forward}
 
 
-def _refused(method: str, outcome: str) -> dict[str, str | float]:
+def _row_without_numbers(method: str, outcome: str) -> dict[str, str | float]:
     """A row without numbers."""
     numbers = ("error_mean", "error_p95", "error_max", "round_mean", "round_max")
     counts = ("iterations", "factorisations", "seconds", "forward_solves")

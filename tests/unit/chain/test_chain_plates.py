@@ -10,8 +10,8 @@ import pytest
 from mammosim.chain.beam import spectrum_from, spectrum_table
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts
 from mammosim.core.errors import MeshError
-from mammosim.study.report.bibliography import entries
 from mammosim.study.report.headlines import headlines
+from mammosim.study.report.summary import entries
 from mammosim.xray.spectrum import monoenergetic
 
 PLATE_MM = PlateSize(width=20.0, depth=40.0, height=20.0, edge_radius=5.0)
@@ -59,12 +59,12 @@ def test_headlines_tell_extremes_and_leave_out_what_is_absent():
             "volunteer": ["a", "a"],
             "skin_kpa": [10.0, 0.0],
             "from_rest_mm": [30.0, 40.0],
-            "outcome": ["verified", "verified"],
+            "outcome": ["converged", "converged"],
         }
     )
     found = headlines({"upright": upright})
     assert found["headline.skin_reduction_max_percent"] == pytest.approx(25.0)
-    assert found["headline.upright_refused"] == 0
+    assert found["headline.upright_unsolved"] == 0
     assert found["headline.dose_max_mgy"] is None
 
 

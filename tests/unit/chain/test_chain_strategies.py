@@ -15,7 +15,7 @@ from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.paddles import Friction, Plates, Rigid, Tilting
-from mammosim.study.report.strategies_summary import numbers_of_strategies
+from mammosim.study.report.headlines import numbers_of_strategies
 
 THRESHOLDS = {"logarithmic": [0.0], "pressure_kpa": [0.0]}
 AXES = np.column_stack([[0.0, -1, 0], [1.0, 0, 0], [0.0, 0, 1]])
@@ -163,7 +163,7 @@ def test_what_is_told_of_the_strategies(setup, standard, reduced):
     told = numbers_of_strategies(pd.DataFrame(rows + stiff + none))
     assert told["moduli_force_ratio"] == pytest.approx(5)
     assert told["reduced_thicker_percent"] == pytest.approx(100 * (reduced.path.readout_mm.iloc[-1] / 24 - 1))
-    assert told["strategies_refused"] == 1
+    assert told["strategies_unsolved"] == 1
     assert told["unlevel_most_mm"] == 0
 
 

@@ -15,14 +15,12 @@ from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
 from mammosim.figures import (
     compression,
-    cost,
     deformation,
     hard_cases,
     literature,
-    morph,
     radiograph,
+    status,
     surfaces,
-    unloading,
     volunteers,
 )
 from mammosim.io.tabulated import tabulated
@@ -51,10 +49,10 @@ def sweep_table() -> pd.DataFrame:
     rows = [
         {"volunteer": v, "youngs_modulus_kpa": E, "nipple_left_mm": 9 / E, "nipple_right_mm": 8 / E,
          "max_displacement_mm": 20 / E, "supine_left_mm": 30.0, "supine_right_mm": 28.0,
-         "outcome": "verified"}
+         "outcome": "converged"}
         for v in ("small", "large") for E in (0.5, 5.0)
     ]  # fmt: skip
-    rows[0] |= {"nipple_left_mm": np.nan, "max_displacement_mm": np.nan, "outcome": "refused"}
+    rows[0] |= {"nipple_left_mm": np.nan, "max_displacement_mm": np.nan, "outcome": "failed: unloading: -"}
     return pd.DataFrame(rows)
 
 
@@ -90,7 +88,7 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "positions": lambda t: volunteers.positions(
         dict.fromkeys(GRAVITY, t.image), dict.fromkeys(GRAVITY, t.fiducials), GRAVITY
     ),
-    "morph": lambda t: morph.morph(
+    "morph": lambda t: deformation.morph(
         {"prone": t.mesh, "supine": t.flat, "morphed": t.flat, "mean": t.mesh},
         np.linspace(0, 3, len(t.flat.points)), morph_history(), x_mm=75.0, z_mm=0.0,
     ),
@@ -120,10 +118,10 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         pd.DataFrame({"volunteer": "small", "method": ["reverse_gravity"] + ["fixed_point"] * 3,
                       "iteration": [0, 0, 1, 2], "max_mm": [np.nan, 9.0, 2.0, 0.4]}), tolerance_mm=0.1,
     ),
-    "unloading": lambda t: unloading.unloading(
+    "unloading": lambda t: deformation.unloading(
         pd.DataFrame({"volunteer": "small", "youngs_modulus_kpa": [0.2, 1.0] * 2,
                       "method": ["fixed_point"] * 2 + ["inverse"] * 2,
-                      "outcome": ["refused: -"] + ["found"] * 3,
+                      "outcome": ["failed: -"] + ["converged"] * 3,
                       "error_mean_mm": [np.nan, 1e-3, 1e-4, 1e-5], "round_max_mm": [np.nan, 0.05, 1e-3, 1e-4],
                       "forward_solves": [np.nan, 6.0, 3.0, 1.5]})
     ),
@@ -135,15 +133,11 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "phantom": lambda t: radiograph.phantom_slices(t.labels),
     "mammogram": lambda t: radiograph.mammogram(**shot(), row={"mas": 80.0, "cnr": 3.0, "cnr_se": 0.1}),
     "mammogram right": lambda t: radiograph.mammogram(**shot(), side="right"),
-    "literature": lambda t: literature.moduli(
-        beside(tabulated("published_biomechanics"), fitted_moduli()),
-        {"sweep": (0.5, 20.0), "skin": (10.0, 10.0)},
-    ),
+    "literature": lambda t: literature.moduli(fitted_moduli(), {"sweep": (0.5, 20.0), "skin": (10.0, 10.0)}),
     "gravity and compression": lambda t: literature.gravity_and_compression(
-        beside(tabulated("published_biomechanics"), fitted_moduli()),
-        ratios(beside(tabulated("published_biomechanics"), fitted_moduli())),
+        fitted_moduli(), ratios(beside(tabulated("published_biomechanics"), fitted_moduli()))
     ),
-    "cost": lambda t: cost.time_and_memory(
+    "cost": lambda t: status.time_and_memory(
         pd.DataFrame({"rule": ["sweep", "sweep", "segment"], "s": [9.0, 8, 30], "max_rss": [900.0, 800, 700]})
     ),
     "hard cases": lambda t: hard_cases.hard_cases(hard_case_table()),
@@ -161,9 +155,9 @@ def test_drawing_leaves_the_settings_of_the_session_alone(torso):
     assert dict(mpl.rcParams) == before
 
 
-def test_a_refused_row_is_a_cross_and_not_a_point(torso):
+def test_a_row_without_solution_is_a_cross_and_not_a_point(torso):
     figure = deformation.sweep(sweep_table())
-    crosses = [line for line in figure.axes[0].lines if "no verified" in str(line.get_label())]
+    crosses = [line for line in figure.axes[0].lines if "no equilibrium" in str(line.get_label())]
     np.testing.assert_array_equal(crosses[0].get_xdata(), [0.5])
 
 

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from mammosim.figures.outlines import outline
 from mammosim.figures.render import Camera, Solid, render
 from mammosim.figures.slices import extent_of, slice_of
-from mammosim.figures.surfaces import balls_solid, boundary_triangles, box_solid, cut_solid
+from mammosim.figures.surfaces import balls_solid, boundary_triangles, box_solid, cut_solid, outline
 
 FRONT = Camera.at(0, 0)
 

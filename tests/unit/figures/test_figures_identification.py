@@ -1,4 +1,4 @@
-"""The figure of a fit shows what was refused, and what is not identifiable, as such."""
+"""The figure of a fit shows what failed, and what is not identifiable, as such."""
 
 import numpy as np
 import pandas as pd
@@ -25,9 +25,9 @@ def moduli():
     return table.assign(identifiable=table.tissue != "muscle")
 
 
-def test_a_refused_pair_and_a_modulus_that_is_not_identifiable_are_told_apart():
+def test_a_pair_that_failed_and_a_modulus_that_is_not_identifiable_are_told_apart():
     figure = identification(GRID, HISTORY, moduli(), PRIOR)
     chart, _, bars = figure.axes[:3]
-    assert sorted(text.get_text() for text in chart.texts) == ["1.00", "2.00", "3.00", "refused"]
+    assert sorted(text.get_text() for text in chart.texts) == ["1.00", "2.00", "3.00", "failed"]
     hollow = [line for line in bars.lines if line.get_marker() in "os" and line.get_mfc() == "white"]
     assert len(hollow) == 2  # muscle, left and right

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from mammosim.figures.recovery import recovery
+from mammosim.figures.identification import recovery
 from mammosim.figures.style import VERMILION
 
 

@@ -5,8 +5,8 @@ import pandas as pd
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
 
+from mammosim.figures.identification import softening
 from mammosim.figures.scenes import effects, scenes
-from mammosim.figures.softening import softening
 from mammosim.figures.style import BLUE, SERIES, VERMILION
 
 DECISIONS = pd.DataFrame(

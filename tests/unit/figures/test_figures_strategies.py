@@ -1,9 +1,11 @@
-"""Strategies of compression drawn side by side: on common scales, and a refused one is named."""
+"""Strategies of compression drawn side by side: on common scales, and one that failed is named."""
 
 import numpy as np
 import pandas as pd
+import pytest
 from matplotlib.image import AxesImage
 
+from mammosim.core.errors import MissingResult
 from mammosim.figures.strategies import Marks, Strained, amounts, curves, discomfort, thickness_maps
 
 MARKS = Marks((50.0, 180.0), "practice", 10.0, "a standard")
@@ -43,13 +45,25 @@ def test_a_row_of_curves_for_each_set_of_moduli_shares_its_scales():
     assert figure.axes[0].get_ylim()[1] >= 180.0, "what is usual in practice is in the picture"
 
 
-def test_one_thickness_scale_serves_all_strategies_and_a_refused_one_is_named():
+def test_without_marks_of_its_own_the_force_of_practice_is_shown():
+    band = curves(paths()).axes[0].patches[0]
+    # de Groot 2015: 50 to 180 N.
+    assert (band.get_y(), band.get_y() + band.get_height()) == (50.0, 180.0)
+
+
+def test_nothing_pressed_is_a_missing_result():
+    for draw in (curves, amounts):
+        with pytest.raises(MissingResult, match="no strategy pressed any breast"):
+            draw(pd.DataFrame())
+
+
+def test_one_thickness_scale_serves_all_strategies_and_one_that_failed_is_named():
     maps = {"standard": place(), "tilted": place().assign(thickness_mm=30.0), "flexible": place().iloc[:0]}
     figure = thickness_maps(maps)
     scales = {panel.collections[0].get_clim() for panel in figure.axes[:2]}
     assert len(scales) == 1
     titles = [ax.get_title(loc="left") for ax in figure.axes[:3]]
-    assert ["refused" in title for title in titles] == [False, False, True]
+    assert ["failed" in title for title in titles] == [False, False, True]
 
 
 def test_strain_energy_and_pressure_stand_in_rows_with_a_scale_each(torso):

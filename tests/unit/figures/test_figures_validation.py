@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from mammosim.figures.propagation import propagation
+from mammosim.figures.identification import propagation
 from mammosim.figures.validation import SkinMap, prediction, wrong_model
 
 
@@ -32,7 +32,7 @@ def test_every_position_has_a_curve_that_ends_at_all_of_its_skin(torso):
     assert all(np.max(line.get_ydata()) == 100 for line in curves)
 
 
-def test_a_refused_prediction_leaves_the_measured_position(torso):
+def test_a_prediction_that_failed_leaves_the_measured_position(torso):
     away = np.full(len(torso.mesh.boundary_nodes("skin")), np.nan)
     figure = prediction({"measured": torso.mesh}, SkinMap(torso.mesh, away), {}, x_mm=75.0, z_mm=0.0)
     assert len(figure.axes[0].collections) == 1

@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.volume import Image, grid_around
-from mammosim.figures.dose_routes import dose_routes, report195
-from mammosim.figures.spectra import spectra
-from mammosim.figures.tomosynthesis import tomosynthesis
+from mammosim.figures.dose import dose_routes, report195, spectra
+from mammosim.figures.radiograph import tomosynthesis
 
 
 def test_every_beam_has_its_line_and_its_half_value_layer():

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import MissingResult
-from mammosim.figures.notice import notice
+from mammosim.figures.status import notice
 from mammosim.figures.style import new_figure
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import missing_reason, write_figure
@@ -53,7 +53,7 @@ def test_a_table_is_read_without_the_rows_in_the_place_of_missing_results(tmp_pa
 
 
 def test_outcomes_that_are_no_missing_results_stay(tmp_path):
-    rows = pd.DataFrame({"E": [1.0, 0.1], "outcome": ["verified", "refused: unstable"]})
+    rows = pd.DataFrame({"E": [1.0, 0.1], "outcome": ["converged", "failed: unstable"]})
     write_table(rows, tmp_path / "all.csv")
     pd.testing.assert_frame_equal(read_table(tmp_path / "all.csv"), rows)
 

@@ -10,7 +10,7 @@ JOB = {"volunteer": "large", "side": "left", "strategy": "squash", "moduli": "gr
 
 def test_each_reason_is_named_once_with_what_lacks_it():
     gone = pd.DataFrame([{**JOB, "outcome": "missing: mesh large prone: open"}])
-    tables = {"image": gone, "dose": gone, "sweep": pd.DataFrame({"outcome": ["verified", "failed: soft"]})}
+    tables = {"image": gone, "dose": gone, "sweep": pd.DataFrame({"outcome": ["converged", "failed: soft"]})}
     found = missing_results(tables, {"mammogram_large": "mesh large prone: open", "sweep": None})
     assert found.values.tolist() == [["mesh large prone: open", "image, dose", "mammogram_large"]]
     assert "One result could not be had" in told(found)

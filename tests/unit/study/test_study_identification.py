@@ -10,25 +10,30 @@ from mammosim.core.errors import IdentificationError, MechanicsError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
+from mammosim.core.settings import read
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.meshing.shapes import ball_part, box
 from mammosim.study.identification import pair as pairs
 from mammosim.study.identification.diagnosis import chest_motion, require_explained, require_one_body
-from mammosim.study.identification.fit import FitSettings, fitted
-from mammosim.study.identification.moduli import KEYS, Moduli
-from mammosim.study.identification.pair import Errors, Pair, Position
+from mammosim.study.identification.fit import fitted, grid_table
+from mammosim.study.identification.moduli import KEYS, Materials, Moduli
+from mammosim.study.identification.pair import Pair, Position
 from mammosim.study.identification.posterior import covariance, draws, is_resolved, moduli_table
-from mammosim.study.identification.problem import N_MODULI, Prior, Problem
-from mammosim.study.identification.search import grid_table
+from mammosim.study.identification.problem import N_MODULI, Problem
+from mammosim.study.identification.settings import Errors, FitSettings, Grid, Prior
 
 NU = 0.45
-ASSUMED = {
-    "tissues": {
-        name: {"youngs_modulus_kpa": 1.0, "poisson_ratio": NU, "density_g_cm3": 1.0}
-        for name in ("adipose", "glandular", "muscle")
+ASSUMED = read(
+    Materials,
+    {
+        "tissues": {
+            name: {"youngs_modulus_kpa": 1.0, "poisson_ratio": NU, "density_g_cm3": 1.0}
+            for name in ("adipose", "glandular", "muscle")
+        },
+        "skin": {"youngs_modulus_kpa": 10.0, "poisson_ratio": NU, "thickness_mm": 1.5},
     },
-    "skin": {"youngs_modulus_kpa": 10.0, "poisson_ratio": NU, "thickness_mm": 1.5},
-}
+    "tissues",
+)
 LEFT = {"adipose": 1.0, "glandular": 2.5, "skin": 9.0, "muscle": 30.0}
 RIGHT = {"adipose": 1.4, "glandular": 2.0, "skin": 13.0, "muscle": 30.0}
 TRUE = {(side, tissue): E for side, of in (("left", LEFT), ("right", RIGHT)) for tissue, E in of.items()}
@@ -185,10 +190,10 @@ def test_draws_have_the_posteriors_spread_and_begin_with_the_fit(problem, fit):
     assert spread == pytest.approx(np.sqrt(fit.covariance[0, 0]), rel=0.11)
 
 
-def test_the_search_by_hand_is_lowest_near_the_truth_and_says_what_it_refused(problem):
-    table = grid_table(problem, breast_kpa=[0.01, 1.5, 6.0], skin_kpa=[10.0])
+def test_the_search_by_hand_is_lowest_near_the_truth_and_says_what_failed(problem):
+    table = grid_table(problem, Grid(breast_kpa=[0.01, 1.5, 6.0], skin_kpa=[10.0]))
     assert table.breast_kpa[table.skin_rms_mm.idxmin()] == 1.5
-    assert table.outcome[0].startswith("refused: ")
+    assert table.outcome[0].startswith(("failed: ", "unstable: "))
 
 
 def test_swapped_sides_are_named(pair):
@@ -220,14 +225,14 @@ def test_another_woman_is_named(pair):
         require_one_body(Pair(pair.start, larger))
 
 
-def test_what_no_moduli_explain_is_refused(fit):
+def test_what_no_moduli_explain_is_rejected(fit):
     worse = replace(fit, history=(*fit.history[:-1], fit.history[-1]._replace(skin_rms_mm=5.0)))
     require_explained(fit)
     with pytest.raises(IdentificationError, match=r"the best leave 5\.0 mm of the skin"):
         require_explained(worse)
 
 
-def test_a_body_without_breasts_is_refused(pair, monkeypatch):
+def test_a_body_without_breasts_is_rejected(pair, monkeypatch):
     monkeypatch.setattr(pairs, "DEPTH_MM", 500.0)
     with pytest.raises(MeshError, match="no breast is seen"):
         Pair(pair.start, pair.goal)

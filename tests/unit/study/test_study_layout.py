@@ -1,17 +1,28 @@
 """A layout becomes sections: what is there is shown, what is made on demand says how."""
 
+from pathlib import Path
+
 import pandas as pd
 import pytest
+import yaml
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.report.layout import Contents, sections
+from mammosim.core.settings import read
+from mammosim.study.report.layout import Contents, Layout
+from mammosim.study.report.layout import sections as sections_of
 from mammosim.study.report.pages import Listing, Picture
 
+FOLDER = Path(__file__).parents[3] / "workflow/report"
 CONTENTS = Contents(
     {"sweep": b"s", "mesh_large_prone": b"m", "mesher": b"x"},
     {"sweep": pd.DataFrame({"volunteer": ["small"], "nipple_mm": [1.0]})},
 )
-PAGES = {"cases": {"title": "Cases", "sections": [{"title": "Every case", "text": "{cases.total}"}]}}
+CASES = {"title": "Cases", "sections": [{"title": "Every case", "text": "{cases.total}"}]}
+PAGES = {"cases": read(Layout, CASES, "cases.yaml")}
+
+
+def sections(parts, contents, **pages):
+    return sections_of(read(Layout, {"sections": parts}, "sections.yaml"), contents, **pages)
 
 
 def test_a_figure_is_shown_for_every_picture_that_begins_with_its_name():
@@ -42,6 +53,32 @@ def test_a_page_not_made_yet_names_its_command():
     assert "`snakemake cases`" in only.text
 
 
-def test_a_page_without_layout_is_refused():
+def test_a_page_without_layout_is_rejected():
     with pytest.raises(ConfigurationError, match="'peers'; there are: cases"):
         sections([{"page": "peers"}], CONTENTS, pages=PAGES)
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        ({"titel": "Mesh"}, r"sections\.yaml\.sections\[1\] has no key 'titel'; did you mean 'title'"),
+        ({"text": "Cells."}, r"sections\[1\]: a section has either a title or the name of a page"),
+        (
+            {"title": "Mesh", "page": "cases"},
+            r"sections\[1\]: a section has either a title or the name of a page",
+        ),
+        ({"title": "Mesh", "tables": {"mesh": {"columns": ["cells"]}}}, r"\[1\]\.tables\.mesh lacks caption"),
+        ({"title": "Mesh", "figures": {"mesh": "Of {who}."}}, r"\[1\]: figures\.mesh may name \{what\} only"),
+        ("Mesh", r"sections\[1\] = 'Mesh' has no keys"),
+    ],
+)
+def test_a_part_that_cannot_be_meant_is_rejected_with_its_file_and_section(part, words):
+    with pytest.raises(ConfigurationError, match=words):
+        sections([{"title": "First"}, part], CONTENTS)
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.yaml")), ids=lambda file: file.stem)
+def test_every_layout_of_the_study_is_read(file):
+    layout = read(Layout, yaml.safe_load(file.read_text()), file.name)
+    assert len(layout.sections) >= 1
+    assert layout.subtitle

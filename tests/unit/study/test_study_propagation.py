@@ -12,9 +12,9 @@ from mammosim.study.identification.propagation import (
     by_stiffness,
     expected_share_percent,
     nipple_table,
-    posed,
     position_rows,
     pressed_rows,
+    repositioned,
     stored_energy,
 )
 from mammosim.study.sweep import one_law
@@ -33,16 +33,18 @@ def loaded_backwards(measured, body, *, gravity, start=None):
     return Unloaded(body.load(measured, -gravity, start=start).points)
 
 
-def test_softer_draws_move_further_and_a_refused_one_has_no_place(block):
+def test_softer_draws_move_further_and_one_that_failed_has_no_place(block):
     mesh = block(2)
     bodies = [law(E) for E in (20.0, 10.0, 0.5, 20.0)]
-    draws = posed(mesh, bodies, unload=loaded_backwards, gravity=PRONE, new_gravity=SUPINE, rest=mesh.points)
+    draws = repositioned(
+        mesh, bodies, unload=loaded_backwards, gravity=PRONE, new_gravity=SUPINE, rest=mesh.points
+    )
     nipple = np.array([15.0, 0.0, 15.0])
     table = nipple_table(mesh, {"left": nipple}, draws).set_index("draw")
     way = table.nipple_y_mm - nipple[1]
     assert way[1] == pytest.approx(2 * way[0], rel=0.1)  # linear in 1/E up to a strain of 3 %
     assert np.isnan(way[2])
-    assert table.outcome[2] == "refused: too soft to be unloaded"
+    assert table.outcome[2] == "failed: too soft to be unloaded"
     # The same body from another starting point: the residual's tolerance is 1e-7 of the load.
     assert way[3] == pytest.approx(way[0], abs=1e-5)
 

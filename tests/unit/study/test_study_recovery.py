@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.identification.recovery import by_tissue, numbers, scored
+from mammosim.study.identification.scores import by_tissue, numbers, scored
 
 TISSUES = ("adipose", "glandular", "skin", "fascia", "muscle")
 TRUE_KPA = {"adipose": 1.0, "glandular": 2.0, "skin": 10.0, "fascia": 0.0, "muscle": 25.0}
@@ -50,7 +50,7 @@ def test_rows_keep_the_order_of_the_truth_whatever_that_of_the_fit():
     assert set(table.seed) == {3}
 
 
-def test_a_fit_of_another_volunteer_is_refused():
+def test_a_fit_of_another_volunteer_is_rejected():
     with pytest.raises(ConfigurationError, match="made_02 left adipose"):
         scored(fit_of("made_01"), truth_of("made_02"), seed=1, seconds=1.0)
 

@@ -8,7 +8,7 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, paragraphs, quoted, report
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
-TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<refused>"]})
+TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<failed>"]})
 
 
 def page() -> str:
@@ -41,13 +41,13 @@ def test_texts_quote_numbers_of_the_results_in_the_asked_format():
     assert quoted("{sweep.small.0.5.nipple_left_mm:.1f}", NUMBERS) == "–"
 
 
-def test_a_number_that_the_results_do_not_have_is_refused():
+def test_a_number_that_the_results_do_not_have_is_rejected():
     with pytest.raises(ConfigurationError, match=r"sweep\.large.*there are: sweep\.small"):
         quoted("{sweep.large.1.nipple_left_mm}", NUMBERS)
 
 
 def test_text_cannot_break_the_page():
-    assert "&lt;refused&gt;" in page()
+    assert "&lt;failed&gt;" in page()
     assert str(paragraphs("a < b `c`")[0]) == "a &lt; b <code>c</code>"
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.rigid import IDENTITY, RigidTransform, rotation
-from mammosim.study.identification.score import distances, registration_error, score_row, shape_error
+from mammosim.study.identification.scores import distances, registration_error, score_row, shape_error
 
 POINTS = np.array([[0.0, 0, 0], [100, 0, 0], [0, 100, 0]])
 

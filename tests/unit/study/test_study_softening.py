@@ -1,4 +1,4 @@
-"""Other moduli on the same stress-free shape: what is scaled, what is reported, what a refusal leaves."""
+"""Other moduli on the same stress-free shape: what is scaled, what is reported, what a failure leaves."""
 
 from types import SimpleNamespace
 
@@ -8,7 +8,9 @@ import pytest
 
 from mammosim.chain.graph import Chain, Stage
 from mammosim.core.errors import MechanicsError
-from mammosim.study.identification.softening import fitted_tissues, numbers, rows, scaled
+from mammosim.core.settings import read
+from mammosim.study.identification.moduli import Materials, Moduli
+from mammosim.study.identification.softening import numbers, rows, scaled
 
 ASSUMED = {
     "tissues": {
@@ -27,7 +29,8 @@ MODULI = pd.DataFrame(
 
 
 def test_the_fitted_moduli_of_the_side_replace_the_assumed_ones():
-    tissues = fitted_tissues(MODULI, ASSUMED, side="left", poisson_ratio=0.48)
+    fitted = Moduli.of_rows(MODULI).materials(read(Materials, ASSUMED, "tissues"), "left", poisson_ratio=0.48)
+    tissues = fitted.setting()
     assert tissues["tissues"]["glandular"] == {
         "youngs_modulus_kpa": 2.0, "poisson_ratio": 0.48, "density_g_cm3": 1.0
     }  # fmt: skip
@@ -35,11 +38,12 @@ def test_the_fitted_moduli_of_the_side_replace_the_assumed_ones():
 
 
 def test_gland_alone_or_every_modulus_is_scaled():
-    gland, every = (scaled(ASSUMED, what, 0.5) for what in ("glandular", "all"))
+    given = read(Materials, ASSUMED, "tissues")
+    gland, every = (scaled(given, what, 0.5).setting() for what in ("glandular", "all"))
     moduli = [t["youngs_modulus_kpa"] for t in (*gland["tissues"].values(), gland["skin"])]
     assert moduli == [9.0, 4.5, 9.0, 9.0]
     assert {t["youngs_modulus_kpa"] for t in (*every["tissues"].values(), every["skin"])} == {4.5}
-    assert ASSUMED["skin"]["youngs_modulus_kpa"] == 9.0
+    assert given.setting() == ASSUMED
 
 
 def _stiffness(inputs):
@@ -79,21 +83,25 @@ def today(monkeypatch):
 
 
 def test_twice_as_stiff_takes_twice_the_force_and_at_the_same_force_is_pressed_half_as_far(today):
-    table = rows(today, [("glandular", 2.0), ("all", 0.5)]).set_index("factor")
+    table = rows(today, read(Materials, ASSUMED, "tissues"), [("glandular", 2.0), ("all", 0.5)]).set_index(
+        "factor"
+    )
     assert table.force_n.to_dict() == {1.0: 450.0, 2.0: 900.0, 0.5: 225.0}
     assert table.thickness_mm.to_dict() == {1.0: 50.0, 2.0: 75.0, 0.5: 0.0}
     assert table.nipple_moved_mm.to_dict() == {1.0: 0.0, 2.0: 0.5, 0.5: 1.0}
     assert (table.agd_mgy == 2 * table.thickness_mm).all()
 
 
-def test_a_refusal_is_a_row_with_its_reason(today):
-    row = rows(today, [("glandular", 3.0)]).iloc[-1]
+def test_a_change_that_fails_is_a_row_with_its_reason(today):
+    row = rows(today, read(Materials, ASSUMED, "tissues"), [("glandular", 3.0)]).iloc[-1]
     assert np.isnan(row.force_n)
-    assert row.outcome == "refused: the plates meet the chest wall"
+    assert row.outcome == "failed: the plates meet the chest wall"
 
 
 def test_the_page_tells_the_largest_changes_against_today(today):
-    table = rows(today, [("glandular", 2.0), ("glandular", 0.8), ("all", 2.0)])
+    table = rows(
+        today, read(Materials, ASSUMED, "tissues"), [("glandular", 2.0), ("glandular", 0.8), ("all", 2.0)]
+    )
     found = numbers(table.assign(volunteer="small", side="left"))
     assert found["softening.glandular.force_percent"] == pytest.approx(100)
     assert found["softening.glandular.thickness_mm"] == pytest.approx(25)

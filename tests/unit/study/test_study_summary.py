@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.study.report.summary import assumptions, citations, digest, numbers, provenance
+from mammosim.study.report.summary import assumptions, digest, numbers, provenance
 
 
 def test_numbers_are_named_by_table_row_and_column():
@@ -14,7 +14,7 @@ def test_numbers_are_named_by_table_row_and_column():
     assert json.loads(json.dumps(found)) == found
 
 
-def test_rows_that_share_a_name_are_refused():
+def test_rows_that_share_a_name_are_rejected():
     table = pd.DataFrame({"volunteer": ["small", "small"], "error_mm": [1.0, 2.0]})
     with pytest.raises(ValueError, match="not told apart by volunteer"):
         numbers({"sweep": table}, {"sweep": ("volunteer",)})
@@ -27,11 +27,6 @@ def test_assumptions_are_read_with_the_lines_that_go_on():
     found = assumptions({"b.py": text, "a.py": "# just a comment\n"})
     assert found.assumption.tolist() == ["skin weighs nothing, and does not bend.", "no friction."]
     assert set(found.file) == {"b.py"}
-
-
-def test_citations_are_collected_by_key():
-    sources = {"config": "E: 4 # [@mira2018]", "code.py": "# [@mira2018] and [@dance1990]"}
-    assert citations(sources) == {"dance1990": ["code.py"], "mira2018": ["code.py", "config"]}
 
 
 def test_the_digest_of_a_configuration_depends_on_its_values_not_their_order():

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.labels import Label
 from mammosim.mechanics.body import Skin
 from mammosim.study import sweep
-from mammosim.study.sweep import one_law, repose, sweep_row, upright_row
+from mammosim.study.sweep import one_law, reposition, sweep_row, upright_row
 
 SUPINE, PRONE, UPRIGHT = np.array([0.0, 1, 0]), np.array([0.0, -1, 0]), np.array([0.0, 0, -1])
 NIPPLES = np.array([[20.0, 0, 15], [10.0, 0, 15]])
@@ -18,10 +18,10 @@ def law(E):
 
 def test_a_stiff_body_hardly_moves_so_the_nipple_error_is_the_distance_before_modelling(block):
     mesh, stiff = block(2), law(1e4)
-    reposed = repose(mesh, stiff, gravity=SUPINE, new_gravity=PRONE)
+    repositioned = reposition(mesh, stiff, gravity=SUPINE, new_gravity=PRONE)
     goal = NIPPLES - 6.0 * SUPINE
-    row = sweep_row("small", stiff, mesh, reposed, nipples=NIPPLES, goal=goal)
-    assert row["outcome"] == VERIFIED
+    row = sweep_row("small", stiff, mesh, repositioned, nipples=NIPPLES, goal=goal)
+    assert row["outcome"] == CONVERGED
     assert row["supine_left_mm"] == pytest.approx(6)
     # rho g h^2 / E is 1e-3 mm here, twice.
     assert row["nipple_left_mm"] == pytest.approx(6, abs=5e-3)
@@ -32,7 +32,7 @@ def test_displacement_from_supine_to_prone_falls_as_one_over_the_modulus_when_sm
     mesh = block(2)
     E1, E2 = 20.0, 40.0
     small = [
-        np.abs(repose(mesh, law(E), gravity=SUPINE, new_gravity=PRONE).points - mesh.points).max()
+        np.abs(reposition(mesh, law(E), gravity=SUPINE, new_gravity=PRONE).points - mesh.points).max()
         for E in (E1, E2)
     ]
     # Linear in 1/E up to the strain itself, which is rho g h / E = 1.5 % at 20 kPa.
@@ -41,38 +41,49 @@ def test_displacement_from_supine_to_prone_falls_as_one_over_the_modulus_when_sm
 
 def test_a_soft_body_moves_towards_the_prone_side_and_its_nipple_error_is_measured_there(block):
     mesh, soft = block(2), law(2.0)
-    reposed = repose(mesh, soft, gravity=SUPINE, new_gravity=PRONE)
-    row = sweep_row("small", soft, mesh, reposed, nipples=NIPPLES, goal=NIPPLES)
+    repositioned = reposition(mesh, soft, gravity=SUPINE, new_gravity=PRONE)
+    row = sweep_row("small", soft, mesh, repositioned, nipples=NIPPLES, goal=NIPPLES)
     assert row["nipple_left_mm"] > 0.5
-    assert reposed.points[:, 1].min() < -0.5
+    assert repositioned.points[:, 1].min() < -0.5
 
 
 def test_skin_lets_the_body_hang_less(block):
     mesh, soft = block(2), law(2.0)
     rows = []
     for skin in (None, Skin(30.0, 0.45, 1.45)):
-        reposed = repose(mesh, soft, gravity=PRONE, new_gravity=UPRIGHT, skin=skin)
-        rows.append(upright_row("small", soft, mesh, reposed, nipples=NIPPLES, skin=skin))
+        repositioned = reposition(mesh, soft, gravity=PRONE, new_gravity=UPRIGHT, skin=skin)
+        rows.append(upright_row("small", soft, mesh, repositioned, nipples=NIPPLES, skin=skin))
     assert rows[0]["skin_kpa"] == 0
     assert rows[1]["skin_kpa"] == 30
     assert rows[1]["max_displacement_mm"] < rows[0]["max_displacement_mm"]
 
 
 def test_a_load_without_equilibrium_gives_a_row_that_says_why_and_no_number(block, monkeypatch):
-    def refuse(*_, **__):
+    def fail(*_, **__):
         raise EquilibriumError("no equilibrium beyond load factor 0.4", history=(1, 2, 3), load_factor=0.4)
 
-    monkeypatch.setattr(sweep, "load", refuse)
+    monkeypatch.setattr(sweep, "load", fail)
     mesh, soft = block(1), law(0.1)
-    reposed = repose(mesh, soft, gravity=PRONE, new_gravity=SUPINE)
-    row = sweep_row("small", soft, mesh, reposed, nipples=NIPPLES, goal=NIPPLES)
-    assert row["outcome"] == "refused while unloading: no equilibrium beyond load factor 0.4"
+    repositioned = reposition(mesh, soft, gravity=PRONE, new_gravity=SUPINE)
+    row = sweep_row("small", soft, mesh, repositioned, nipples=NIPPLES, goal=NIPPLES)
+    assert row["outcome"] == "failed: unloading: no equilibrium beyond load factor 0.4"
     assert np.isnan(row["nipple_left_mm"])
     assert np.isnan(row["max_displacement_mm"])
     assert row["iterations"] == 3
 
 
-def test_an_impossible_modulus_is_refused_before_anything_is_computed():
+def test_a_load_that_loses_stability_is_unstable(block, monkeypatch):
+    mesh, soft = block(1), law(0.1)
+
+    def lose(*_, **__):
+        raise EquilibriumError("it buckles", mode=np.ones_like(mesh.points))
+
+    monkeypatch.setattr(sweep, "load", lose)
+    repositioned = reposition(mesh, soft, gravity=PRONE, new_gravity=SUPINE)
+    assert repositioned.outcome == "unstable: unloading: it buckles"
+
+
+def test_an_impossible_modulus_is_rejected_before_anything_is_computed():
     with pytest.raises(MechanicsError, match="outside"):
         law(-1.0)
 

@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.figures.trade_off import PANELS
-from mammosim.figures.trade_off import trade_off as drawn
+from mammosim.figures.dose import TRADE_OFF_PANELS as PANELS
+from mammosim.figures.dose import trade_off as drawn
 from mammosim.study.report.trade_off import KEY, PRESSED, SEEN, trade_off
 
 BREASTS = ("small", "large")
@@ -38,7 +38,7 @@ def test_changes_are_against_the_standard_of_the_same_breast(table):
     assert not table[table.strategy == "standard"].dose_change_percent.any()
 
 
-def test_an_image_of_a_strategy_that_was_not_compressed_is_refused(table):
+def test_an_image_of_a_strategy_that_was_not_compressed_is_rejected(table):
     with pytest.raises(ConfigurationError, match="small left reduced gravity"):
         trade_off(rows(PRESSED, {"standard": 50.0}), table[[*KEY, *SEEN]])
 

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.study.identification.wrong_model import costs, moduli_beside, numbers
+from mammosim.study.identification.validation import costs, moduli_beside, wrong_model_numbers
 
-TWINS = {"fibrous": "small"}
+REFERENCES = {"fibrous": "small"}
 
 
 @pytest.fixture
@@ -39,14 +39,14 @@ def moduli():
 
 
 def test_the_cost_is_what_the_wrong_model_adds(table):
-    found = costs(table, TWINS)
+    found = costs(table, REFERENCES)
     np.testing.assert_allclose(found.cost_mm[found.position == "supine_tilted"], 2.0)
     np.testing.assert_allclose(found.cost_mm[found.position == "supine"], 0.1)
-    assert set(found.twin) == {"small"}
+    assert set(found.reference) == {"small"}
 
 
 def test_the_page_quotes_the_worst_nipple_of_the_position_held_out(table, moduli):
-    found = numbers(costs(table, TWINS), moduli_beside(moduli, TWINS))
+    found = wrong_model_numbers(costs(table, REFERENCES), moduli_beside(moduli, REFERENCES))
     assert found["wrong_model.nipple_right_mm"] == pytest.approx(1.4)
     assert found["wrong_model.nipple_wrong_mm"] == pytest.approx(3.4)
     assert found["wrong_model.nipple_cost_fitted_mm"] == pytest.approx(0.1)
@@ -54,7 +54,7 @@ def test_the_page_quotes_the_worst_nipple_of_the_position_held_out(table, moduli
     json.dumps(found)
 
 
-def test_a_refused_prediction_has_no_cost(table, moduli):
+def test_a_prediction_that_failed_has_no_cost(table, moduli):
     table.loc[table.volunteer == "fibrous", "value_mm"] = np.nan
-    found = numbers(costs(table, TWINS), moduli_beside(moduli, TWINS))
+    found = wrong_model_numbers(costs(table, REFERENCES), moduli_beside(moduli, REFERENCES))
     assert found["wrong_model.nipple_cost_mm"] is None

@@ -1,38 +1,22 @@
-"""Gauss-Newton for identification.problem, with the errors of the data found from what is left of them."""
+"""Gauss-Newton for identification.problem, with errors estimated from the residuals; and a grid of moduli."""
 
 import logging
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.core.errors import EquilibriumError, MechanicsError
+from mammosim.core.progress import progress
 from mammosim.mechanics.analysis import shared_analysis
-from mammosim.study.identification.pair import Errors
+from mammosim.study.identification.moduli import KEYS
 from mammosim.study.identification.problem import MECHANICAL, Problem, Sensitivities, State
+from mammosim.study.identification.settings import Errors, FitSettings, Grid
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class FitSettings:
-    """tolerance: of the last step, in standard deviations of the posterior; largest_step: of ln E.
-
-    stalled: a step up to so many standard deviations ends the fit, too, where it lowers Phi no more: nearest
-    points change from one element to the next, and there Phi has kinks. It is added to the covariance.
-
-    errors: the least that the data are taken to have; after iteration `settled` they stay as they are, since
-    few data could trade their errors against each other for long; halvings: of a step that raises Phi.
-    """
-
-    tolerance: float = 0.1
-    stalled: float = 0.5
-    max_iterations: int = 15
-    largest_step: float = 0.7
-    halvings: int = 4
-    settled: int = 3
-    errors: Errors = field(default_factory=lambda: Errors(skin_mm=0.2, marker_mm=0.7))
 
 
 class FitStep(NamedTuple):
@@ -158,3 +142,27 @@ def _improved(
             log.info("fit: the step is halved, Phi would rise from %.1f to %.1f", before, after)
         step = step / 2
     return None
+
+
+@shared_analysis()
+def grid_table(problem: Problem, grid: Grid) -> pd.DataFrame:
+    """A row per pair: breast_kpa (fat and gland, both sides), skin_kpa, skin_rms_mm, marker_rms_mm, outcome.
+
+    Everything else as the prior's mean. A pair without equilibrium has no numbers but a reason.
+    """
+    pairs = [(breast, skin) for breast in grid.breast_kpa for skin in grid.skin_kpa]
+    return pd.DataFrame(_grid_row(problem, *pair) for pair in progress(pairs, label="grid", total=len(pairs)))
+
+
+def _grid_row(problem: Problem, breast: float, skin: float) -> dict[str, float | str]:
+    theta = problem.prior.mean.copy()
+    for j, (_, tissue) in enumerate(KEYS):
+        if tissue != "muscle":
+            theta[j] = np.log(skin if tissue == "skin" else breast)
+    moduli: dict[str, float | str] = {"breast_kpa": breast, "skin_kpa": skin}
+    try:
+        state = problem.predicted(theta)
+    except EquilibriumError as error:
+        return moduli | {"skin_rms_mm": np.nan, "marker_rms_mm": np.nan, "outcome": unsolved(error)}
+    skin_rms, marker_rms = left_over(problem, state)
+    return moduli | {"skin_rms_mm": skin_rms, "marker_rms_mm": marker_rms, "outcome": CONVERGED}

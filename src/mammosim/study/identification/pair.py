@@ -23,6 +23,7 @@ from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.transforms import read_transform
 from mammosim.meshing.distance import NearestOnTriangles, distance_to_rim, flat_pieces, rim
+from mammosim.study.identification.settings import Errors
 
 # Skin this near to where a body was cut out is held there, or follows what is: it says nothing about moduli.
 CUT_MM = 20.0
@@ -40,14 +41,6 @@ class Position:
     mesh: TetMesh
     fiducials: Fiducials
     gravity: np.ndarray
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Standard errors in mm: skin_mm of a distance, marker_mm of a coordinate of a marker."""
-
-    skin_mm: float
-    marker_mm: float
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """What a fit says of each modulus: value, 95 % interval, whether the data determine it; and draws."""
 
-from collections.abc import Mapping
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -30,6 +29,18 @@ WITHIN = 3.0
 LARGEST_POISSON_RATIO = 0.4999
 
 
+class ModulusRow(NamedTuple):
+    """What a fit says of one modulus, kPa; low and high: ends of the 95 % interval."""
+
+    side: str
+    tissue: str
+    fitted_kpa: float
+    low_kpa: float
+    high_kpa: float
+    identifiable: bool
+    reason: str
+
+
 def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float) -> pd.DataFrame:
     """A row per side and tissue: fitted_kpa, low_kpa, high_kpa, identifiable, reason.
 
@@ -40,7 +51,9 @@ def moduli_table(volunteer: str, problem: Problem, fit: Fit, *, fascia_mm: float
         for side in SIDES
         for tissue in WITH_MODULUS
     ]
-    return pd.DataFrame(rows).assign(volunteer=volunteer)[["volunteer", *rows[0]]]
+    table = pd.DataFrame(rows)
+    table.insert(0, "volunteer", volunteer)
+    return table
 
 
 def covariance(problem: Problem, fit: Fit) -> np.ndarray:
@@ -52,7 +65,7 @@ def covariance(problem: Problem, fit: Fit) -> np.ndarray:
     return total
 
 
-def _row(problem: Problem, fit: Fit, side: str, tissue: str) -> dict[str, Any]:
+def _row(problem: Problem, fit: Fit, side: str, tissue: str) -> ModulusRow:
     j = KEYS.index((side, tissue))
     deviation, prior = float(np.sqrt(covariance(problem, fit)[j, j])), float(problem.prior.deviation[j])
     E = float(np.exp(fit.state.theta[j]))
@@ -60,12 +73,12 @@ def _row(problem: Problem, fit: Fit, side: str, tissue: str) -> dict[str, Any]:
     if tissue == "muscle" and not is_resolved(problem.pair.start.mesh, Label.MUSCLE):
         median, most = problem.prior.median_kpa[tissue], problem.prior.factor[tissue] ** QUANTILE
         low, high = min(low, median / most), max(high, median * most)
-        return _values(side, tissue, E, low, high, False, UNRESOLVED)
+        return ModulusRow(side, tissue, E, low, high, False, UNRESOLVED)
     found = deviation <= IDENTIFIABLE * prior
     reason = f"{100 * deviation / prior:.0f} % of what was uncertain before is left"
     if not found:
         reason += ": the interval is mostly what was assumed"
-    return _values(side, tissue, E, low, high, found, reason)
+    return ModulusRow(side, tissue, E, low, high, found, reason)
 
 
 def is_resolved(mesh: TetMesh, label: Label) -> bool:
@@ -85,29 +98,15 @@ def is_resolved(mesh: TetMesh, label: Label) -> bool:
 
 
 # ASSUME: the fit has no fascia of its own; what it has is part of the skin's stiffness.
-def _fascia_row(problem: Problem, fit: Fit, side: str, fascia_mm: float) -> dict[str, Any]:
+def _fascia_row(problem: Problem, fit: Fit, side: str, fascia_mm: float) -> ModulusRow:
     """Right under the skin and of its law, fascia is seen in E_skin h_skin + E_fascia h_fascia only."""
     skin = _row(problem, fit, side, "skin")
-    most = skin["high_kpa"] * float(problem.assumed["skin"]["thickness_mm"]) / fascia_mm
+    most = skin.high_kpa * float(problem.assumed.skin.thickness_mm) / fascia_mm
     reason = (
         f"only E h of skin and fascia together is seen; taken as absent, at most this if {fascia_mm:g} mm of "
         "it carried all of the skin's stiffness"
     )
-    return _values(side, "fascia", 0.0, 0.0, most, False, reason)
-
-
-def _values(
-    side: str, tissue: str, E: float, low: float, high: float, identifiable: bool, reason: str
-) -> dict[str, Any]:
-    return {
-        "side": side,
-        "tissue": tissue,
-        "fitted_kpa": E,
-        "low_kpa": low,
-        "high_kpa": high,
-        "identifiable": identifiable,
-        "reason": reason,
-    }
+    return ModulusRow(side, "fascia", 0.0, 0.0, most, False, reason)
 
 
 def draws(problem: Problem, fit: Fit, count: int, *, stream: tuple[str | int, ...]) -> pd.DataFrame:
@@ -121,7 +120,7 @@ def draws(problem: Problem, fit: Fit, count: int, *, stream: tuple[str | int, ..
     return moduli.assign(poisson_ratio=nu)
 
 
-def fit_row(volunteer: str, problem: Problem, fit: Fit) -> Mapping[str, Any]:
+def fit_row(volunteer: str, problem: Problem, fit: Fit) -> dict[str, str | float]:
     """One row about a fit: what is left of the data, what else was fitted, and what it took."""
     last, theta = fit.history[-1], fit.state.theta
     others = dict(zip(OTHERS, theta[N_MODULI:]))

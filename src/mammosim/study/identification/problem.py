@@ -12,9 +12,8 @@ registration left. Derivatives are those of both equilibria, R(X, theta) = 0 pro
     J X' = - dR/dtheta,   K x' = - (dS/dtheta + dS/dX X')
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -23,8 +22,9 @@ from mammosim.mechanics.body import Body
 from mammosim.mechanics.equilibrium import held_nodes
 from mammosim.mechanics.inverse import Measured, inverse, linearised
 from mammosim.mechanics.potential import Potential
-from mammosim.study.identification.moduli import KEYS, Moduli
-from mammosim.study.identification.pair import Errors, Pair
+from mammosim.study.identification.moduli import KEYS, Materials, Moduli
+from mammosim.study.identification.pair import Pair
+from mammosim.study.identification.settings import Errors, Prior
 
 N_MODULI = len(KEYS)
 OTHERS = ("poisson_ratio", "shift_x_mm", "shift_y_mm", "shift_z_mm", "turn_x_deg", "turn_y_deg", "turn_z_deg")
@@ -32,33 +32,6 @@ MECHANICAL = N_MODULI + 1  # parameters that change the equilibria: the moduli a
 # Difference from which derivatives by a parameter are taken: of ln E, and downward of nu.
 _STEP = 1e-4
 _SENSITIVITY_ACCURACY, _FORWARD_ACCURACY = 0.05, 1e-4
-
-
-@dataclass(frozen=True)
-class Prior:
-    """What is known before: median_kpa and factor (a standard deviation is a factor of it) by tissue.
-
-    poisson_ratio: mean and standard deviation; shift_mm, turn_deg: standard deviations of what registration
-    leaves in each coordinate and about each axis.
-    """
-
-    median_kpa: Mapping[str, float]
-    factor: Mapping[str, float]
-    poisson_ratio: Sequence[float]
-    shift_mm: float
-    turn_deg: float
-
-    @property
-    def mean(self) -> np.ndarray:
-        """theta0 (15,)."""
-        moduli = [np.log(self.median_kpa[tissue]) for _, tissue in KEYS]
-        return np.array([*moduli, self.poisson_ratio[0], *[0.0] * 6])
-
-    @property
-    def deviation(self) -> np.ndarray:
-        """s (15,)."""
-        moduli = [np.log(self.factor[tissue]) for _, tissue in KEYS]
-        return np.array([*moduli, self.poisson_ratio[1], *[self.shift_mm] * 3, *[self.turn_deg] * 3])
 
 
 @dataclass(frozen=True)
@@ -91,7 +64,7 @@ class Problem:
     """
 
     pair: Pair
-    assumed: Mapping[str, Any]
+    assumed: Materials
     prior: Prior
     model_error: Mapping[str, float] = field(default_factory=dict)
     middle_mm: float = 0.0

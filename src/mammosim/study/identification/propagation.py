@@ -3,12 +3,12 @@
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.points import MaterialPoints
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.fiducials import Fiducials
@@ -17,7 +17,7 @@ from mammosim.core.progress import progress
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.unloaded import Unloaded
-from mammosim.study.identification.moduli import Moduli
+from mammosim.study.identification.moduli import Materials, Moduli
 
 log = logging.getLogger(__name__)
 
@@ -36,23 +36,23 @@ class Unload(Protocol):
         ...
 
 
-def drawn_body(mesh: TetMesh, draw: Mapping[str, float], assumed: Mapping[str, Any]) -> Body:
+def drawn_body(mesh: TetMesh, draw: Mapping[str, float], assumed: Materials) -> Body:
     """The body of a row of posterior.draws; assumed: what the fit takes as known, see Moduli.body."""
     nu = float(draw["poisson_ratio"])
     return Moduli.of_draw(draw).body(mesh, assumed, middle_mm=0.0, poisson_ratio=nu)
 
 
 @dataclass(frozen=True)
-class Posed:
-    """One draw: rest and x (n_node, 3) mm, stress-free and in the new position, NaN when refused; outcome."""
+class RepositionedDraw:
+    """One draw: rest and x (n_node, 3) mm, stress-free and in the new position, NaN when there is none."""
 
     rest: np.ndarray
     x: np.ndarray
-    outcome: str = VERIFIED
+    outcome: str = CONVERGED
 
 
 @shared_analysis()
-def posed(
+def repositioned(
     measured: TetMesh,
     bodies: Sequence[Body],
     *,
@@ -60,23 +60,23 @@ def posed(
     gravity: np.ndarray,
     new_gravity: np.ndarray,
     rest: np.ndarray,
-) -> tuple[Posed, ...]:
+) -> tuple[RepositionedDraw, ...]:
     """Every body unloaded from the measured shape, then loaded in a new position.
 
     gravity, new_gravity: unit vectors (3,) in the mesh's frame; rest (n_node, 3): where unloading begins.
     A body that cannot be unloaded or loaded is an outcome.
     """
-    return tuple(_posed(measured, bodies, unload, gravity, new_gravity, rest))
+    return tuple(_one_by_one(measured, bodies, unload, gravity, new_gravity, rest))
 
 
-def _posed(
+def _one_by_one(
     measured: TetMesh,
     bodies: Sequence[Body],
     unload: Unload,
     gravity: np.ndarray,
     new_gravity: np.ndarray,
     near: np.ndarray,
-) -> Iterator[Posed]:
+) -> Iterator[RepositionedDraw]:
     """One after the other, each beginning where the first came to rest."""
     moved: np.ndarray | None = None
     for body in progress(bodies, label="draws", total=len(bodies)):
@@ -84,13 +84,13 @@ def _posed(
             rest = _rest(measured, body, unload, gravity, near)
             x = body.load(measured.moved_to(rest), new_gravity, start=moved).points
         except (EquilibriumError, MechanicsError) as error:
-            log.info("a draw was refused: %s", error)
-            refused = np.full_like(measured.points, np.nan)
-            yield Posed(refused, refused, f"refused: {error}")
+            log.info("a draw was not solved: %s", error)
+            nowhere = np.full_like(measured.points, np.nan)
+            yield RepositionedDraw(nowhere, nowhere, unsolved(error))
         else:
             if moved is None:
                 near, moved = rest, x
-            yield Posed(rest, x)
+            yield RepositionedDraw(rest, x)
 
 
 def _rest(measured: TetMesh, body: Body, unload: Unload, gravity: np.ndarray, near: np.ndarray) -> np.ndarray:
@@ -103,7 +103,7 @@ def _rest(measured: TetMesh, body: Body, unload: Unload, gravity: np.ndarray, ne
 
 
 def nipple_table(
-    measured: TetMesh, nipples: Mapping[str, np.ndarray], draws: Sequence[Posed]
+    measured: TetMesh, nipples: Mapping[str, np.ndarray], draws: Sequence[RepositionedDraw]
 ) -> pd.DataFrame:
     """A row per draw and side: draw, side, nipple_x_mm, nipple_y_mm, nipple_z_mm, outcome.
 

@@ -4,67 +4,61 @@ The gland of one woman is up to 30 % softer or stiffer within a month. Her fitte
 day of her images; with other moduli, the same stress-free shape is loaded and pressed again.
 """
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from mammosim.chain.graph import Chain
-from mammosim.chain.outcome import VERIFIED
+from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.core.errors import MammosimError
 from mammosim.core.progress import progress
+from mammosim.study.identification.moduli import Materials
 
-FITTED = ("adipose", "glandular", "muscle")
 MEASURED = ("nipple_moved_mm", "force_n", "thickness_mm", "mas", "agd_mgy")
 
 
-def fitted_tissues(
-    moduli: pd.DataFrame, assumed: Mapping[str, Any], *, side: str, poisson_ratio: float
-) -> dict[str, Any]:
-    """The tissues of one side as fitted, {'tissues': {...}, 'skin': {...}}.
-
-    moduli: rows side, tissue, fitted_kpa; assumed: of which all but moduli and Poisson's ratio is taken.
-    """
-    kpa = moduli[moduli.side == side].set_index("tissue").fitted_kpa
-    own = {name: {"youngs_modulus_kpa": float(kpa[name]), "poisson_ratio": poisson_ratio} for name in FITTED}
-    tissues = {name: {**assumed["tissues"][name], **values} for name, values in own.items()}
-    return {"tissues": tissues, "skin": {**assumed["skin"], "youngs_modulus_kpa": float(kpa["skin"])}}
-
-
-def scaled(tissues: Mapping[str, Any], what: str, factor: float) -> dict[str, Any]:
-    """The tissues with the modulus of one, or of 'all' and the skin, times a factor."""
-    changed = {
-        name: {**values, "youngs_modulus_kpa": values["youngs_modulus_kpa"] * factor}
+def scaled(materials: Materials, what: str, factor: float) -> Materials:
+    """The materials with the modulus of one solid, or of 'all' and the skin, times a factor."""
+    tissues = {
+        name: replace(tissue, youngs_modulus_kpa=tissue.youngs_modulus_kpa * factor)
         if what in (name, "all")
-        else values
-        for name, values in tissues["tissues"].items()
+        else tissue
+        for name, tissue in materials.tissues.items()
     }
-    skin = {**tissues["skin"]}
-    skin["youngs_modulus_kpa"] *= factor if what == "all" else 1.0
-    return {"tissues": changed, "skin": skin}
+    skin = materials.skin
+    if what == "all":
+        skin = replace(skin, youngs_modulus_kpa=skin.youngs_modulus_kpa * factor)
+    return Materials(tissues, skin)
 
 
-def rows(today: Chain, variants: Iterable[tuple[str, float]]) -> pd.DataFrame:
+def rows(assumed: Chain, fitted: Materials, variants: Iterable[tuple[str, float]]) -> pd.DataFrame:
     """A row per variant (tissue or 'all', factor), today's first: MEASURED and outcome.
 
     nipple_moved_mm: upright, from today's place; force_n: to today's thickness; thickness_mm, mas, agd_mgy:
-    at today's force; NaN where refused. today: a chain pressed to the standard thickness.
+    at today's force; NaN where there is no solution. assumed: a chain pressed to the standard thickness;
+    fitted: the materials of today, in place of those of the chain.
     """
+    today = _made_of(assumed, fitted)
     force_n = float(today["pressed"].row["force_n"])
-    tissues, rest = today.setting("tissues"), {"stress_free": today["stress_free"]}
+    rest = {"stress_free": today["stress_free"]}
     cases = [("all", 1.0), *variants]
     found = []
     for what, factor in progress(cases, label="moduli", total=len(cases)):
-        changed = scaled(tissues, what, factor)
-        other = today.with_settings({"tissues": changed, "load.tissues": changed}).given(rest)
+        other = _made_of(assumed, scaled(fitted, what, factor)).given(rest)
         found.append({"tissue": what, "factor": factor} | _measured(today, other, force_n))
     return pd.DataFrame(found)
 
 
+def _made_of(chain: Chain, materials: Materials) -> Chain:
+    setting = materials.setting()
+    return chain.with_settings({"tissues": setting, "load.tissues": setting})
+
+
 def _measured(today: Chain, other: Chain, force_n: float) -> dict[str, float | str]:
-    """MEASURED of a variant, and VERIFIED or why it was refused."""
+    """MEASURED of a variant, and CONVERGED or why it was not solved."""
     nipple = QUANTITIES["nipple_mm"]
     # The way to today's thickness is gone on, or left, where the force is today's.
     at_force = other.with_settings({"load.strategy": {"until": {"force_n": force_n}}})
@@ -77,14 +71,14 @@ def _measured(today: Chain, other: Chain, force_n: float) -> dict[str, float | s
             at_force["exposed_dose"].dose_mgy,
         )
     except MammosimError as error:
-        return dict.fromkeys(MEASURED, np.nan) | {"outcome": f"refused: {error}"}
-    return dict(zip(MEASURED, map(float, values))) | {"outcome": VERIFIED}
+        return dict.fromkeys(MEASURED, np.nan) | {"outcome": unsolved(error)}
+    return dict(zip(MEASURED, map(float, values))) | {"outcome": CONVERGED}
 
 
 def numbers(table: pd.DataFrame) -> dict[str, float | None]:
     """What the page says: the largest changes, in percent or mm, of gland alone and of all moduli.
 
-    table: rows of all breasts, with volunteer and side. None where every change was refused.
+    table: rows of all breasts, with volunteer and side. None where no change was solved.
     """
     found: dict[str, float | None] = {}
     for what in ("glandular", "all"):

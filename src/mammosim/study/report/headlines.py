@@ -1,12 +1,11 @@
-"""The few numbers by which the whole study is told, from its tables; None where one is absent."""
+"""The few numbers by which the study and its strategies of compression are told; None where one is absent."""
 
 from collections.abc import Mapping
 
 import pandas as pd
 
-from mammosim.chain.outcome import VERIFIED
-from mammosim.study.report.strategies_summary import NAMES, numbers_of_strategies
-from mammosim.study.unloading import FOUND
+from mammosim.chain.outcome import CONVERGED
+from mammosim.chain.strategies import STANDARD
 
 
 def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
@@ -17,14 +16,14 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
         "marker_residual_max_mm": _extreme(tables, "registration", "marker_residual_max_mm", "max"),
         "cells_largest": _cells(tables),
         "best_nipple_error_mm": _extreme(tables, "sweep", "nipple_left_mm", "min"),
-        "sweep_refused": _refused(tables, "sweep"),
+        "sweep_unsolved": _unsolved(tables, "sweep"),
         **_morph(tables),
         **_ratios(tables),
-        "upright_refused": _refused(tables, "upright"),
+        "upright_unsolved": _unsolved(tables, "upright"),
         "skin_reduction_max_percent": _skin_reduction(tables),
         "unloading_residual_max_mm": _last_residual(tables),
         "stress_free_error_mean_mm": _best_error(tables),
-        "unloading_refused": _unloading_refused(tables),
+        "unloading_unsolved": _unsolved(tables, "unloading"),
         "pressure_max_kpa": _extreme(tables, "compression", "peak_pressure_kpa", "max"),
         "penetration_max_mm": _extreme(tables, "compression", "penetration_mm", "max"),
         "force_imbalance_max_percent": _extreme(tables, "compression", "imbalance_percent", "max"),
@@ -71,8 +70,9 @@ def _percent(part: float | None) -> float | None:
     return None if part is None else 100 * part
 
 
-def _refused(tables: Mapping[str, pd.DataFrame], table: str) -> float | None:
-    return float((tables[table].outcome != VERIFIED).sum()) if table in tables else None
+def _unsolved(tables: Mapping[str, pd.DataFrame], table: str) -> float | None:
+    """How many rows of a table have no solution."""
+    return float((tables[table].outcome != CONVERGED).sum()) if table in tables else None
 
 
 def _cells(tables: Mapping[str, pd.DataFrame]) -> float | None:
@@ -103,11 +103,6 @@ def _best_error(tables: Mapping[str, pd.DataFrame]) -> float | None:
     if "stress_free_error" not in tables:
         return None
     return float(tables["stress_free_error"].groupby("volunteer").mean_mm.min().max())
-
-
-def _unloading_refused(tables: Mapping[str, pd.DataFrame]) -> float | None:
-    """Of all methods and moduli, how many found no stress-free shape that can be loaded again."""
-    return float((tables["unloading"].outcome != FOUND).sum()) if "unloading" in tables else None
 
 
 def _held_out(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
@@ -141,3 +136,43 @@ def _largest(values: pd.Series) -> float | None:
     """The largest number, None where there is none."""
     known = values.dropna()
     return float(known.max()) if len(known) else None
+
+
+BREAST = ["volunteer", "side"]
+NAMES = (
+    *("standard_force_least_n", "standard_force_most_n", "moduli_force_ratio", "standard_pressure_most_kpa"),
+    *("reduced_thicker_percent", "reduced_strain_percent", "unlevel_most_mm", "strategies_unsolved"),
+)
+
+
+def numbers_of_strategies(rows: pd.DataFrame) -> dict[str, float | None]:
+    """Over all breasts, from the rows of compression.csv; None of what no row tells.
+
+    standard_force_least_n, standard_force_most_n: of the standard strategy, with the softest and with the
+    stiffest moduli; moduli_force_ratio: of these for one breast, the largest; standard_pressure_most_kpa:
+    mean; reduced_thicker_percent, reduced_strain_percent: by how much at most half the force (the strategy
+    `reduced`) leaves a breast thicker, and its strain (95 % of the tissue have less) smaller, than the
+    standard; unlevel_most_mm: the largest difference of thickness under one paddle; strategies_unsolved.
+    """
+    found = rows[rows.outcome == CONVERGED]
+    standard = found[found.strategy == STANDARD]
+    force = standard.groupby(BREAST).force_n.agg(["min", "max"])
+    beside = found.merge(standard, on=[*BREAST, "moduli"], suffixes=("", "_standard"))
+    reduced = beside[beside.strategy == "reduced"]
+    return {
+        "standard_force_least_n": _most(standard.force_n, -1),
+        "standard_force_most_n": _most(standard.force_n),
+        "moduli_force_ratio": _most(force["max"] / force["min"]),
+        "standard_pressure_most_kpa": _most(standard.mean_pressure_kpa),
+        "reduced_thicker_percent": _most(100 * (reduced.thickness_mm / reduced.thickness_mm_standard - 1)),
+        "reduced_strain_percent": _most(
+            100 * (1 - reduced.logarithmic_p95 / reduced.logarithmic_p95_standard)
+        ),
+        "unlevel_most_mm": _most(found.thickness_max_mm - found.thickness_min_mm),
+        "strategies_unsolved": float((rows.outcome != CONVERGED).sum()),
+    }
+
+
+def _most(values: pd.Series, sign: int = 1) -> float | None:
+    """The largest value, or with sign -1 the smallest."""
+    return sign * float((sign * values).max()) if len(values) else None

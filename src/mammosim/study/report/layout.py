@@ -1,16 +1,14 @@
 """From a layout, the nested plain values of a file of sections, to the sections of a page."""
 
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.settings import Settings
 from mammosim.io.missing import missing_rows
 from mammosim.study.report.pages import Listing, Picture, Section
-
-Part = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -21,29 +19,74 @@ class Contents:
     tables: Mapping[str, pd.DataFrame]
 
 
+@dataclass(frozen=True)
+class TablePart(Settings):
+    """A table to show: its caption and the columns to show, by default all."""
+
+    caption: str
+    columns: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Part(Settings):
+    """A section to be: title, text, captions of pictures by the beginning of their names, tables by name.
+
+    Or, with nothing but `page`, the place of the sections of a page that is made on demand, by its target.
+    Raises ConfigurationError for a section without title, a page with one, a caption that names anything but
+    {what}.
+    """
+
+    title: str = ""
+    text: str = ""
+    figures: Mapping[str, str] = field(default_factory=dict)
+    tables: Mapping[str, TablePart] = field(default_factory=dict)
+    page: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if bool(self.title) == bool(self.page):
+            raise ConfigurationError("a section has either a title or the name of a page; give one of them")
+        for name, caption in self.figures.items():
+            try:
+                caption.format(what="")
+            except (KeyError, IndexError, ValueError):
+                raise ConfigurationError(
+                    f"figures.{name} may name {{what}} only, not as {caption!r}"
+                ) from None
+
+
+@dataclass(frozen=True)
+class Layout(Settings):
+    """A file of sections: what stands on a page, from top to bottom."""
+
+    sections: tuple[Part, ...]
+    title: str = ""
+    subtitle: str = ""
+
+
 def sections(
-    parts: Iterable[Part],
+    layout: Layout,
     contents: Contents,
     *,
-    pages: Mapping[str, Part] | None = None,
+    pages: Mapping[str, Layout] | None = None,
     made: Collection[str] = (),
 ) -> tuple[Section, ...]:
-    """One section per part; in the place of a part {page: name}, the sections of that page.
+    """One section per part of a layout; in the place of a page, the sections of that page.
 
     pages: the layouts of the results that are made on demand, by the name of their target; one that is not
     among those made is a line that names its command.
     Raises ConfigurationError for a page without layout.
     """
     found: list[Section] = []
-    for part in parts:
-        if "page" not in part:
+    for part in layout.sections:
+        if not part.page:
             found.append(section(part, contents))
             continue
-        layout = _layout(part["page"], pages or {})
-        if part["page"] in made:
-            found += sections(layout["sections"], contents)
+        page = _page(part.page, pages or {})
+        if part.page in made:
+            found += sections(page, contents)
         else:
-            found.append(Section(layout["title"], f"Made on demand, by `snakemake {part['page']}`: not yet."))
+            found.append(Section(page.title, f"Made on demand, by `snakemake {part.page}`: not yet."))
     return tuple(found)
 
 
@@ -53,18 +96,18 @@ def section(part: Part, contents: Contents) -> Section:
     A table that is not there is left out: a study without digital volunteers has no scores.
     """
     blocks: list[Picture | Listing] = []
-    for prefix, caption in part.get("figures", {}).items():
+    for prefix, caption in part.figures.items():
         for name, data in contents.pictures.items():
             if name == prefix or name.startswith(f"{prefix}_"):
                 what = name.removeprefix(prefix).strip("_").replace("_", " ")
                 blocks.append(Picture(data, caption.format(what=what)))
-    for name, table in part.get("tables", {}).items():
+    for name, table in part.tables.items():
         if name in contents.tables:
-            blocks.append(Listing(_shown(contents.tables[name], table.get("columns")), table["caption"]))
-    return Section(part["title"], part.get("text", ""), tuple(blocks))
+            blocks.append(Listing(_shown(contents.tables[name], table.columns), table.caption))
+    return Section(part.title, part.text, tuple(blocks))
 
 
-def _shown(frame: pd.DataFrame, columns: list[str] | None) -> pd.DataFrame:
+def _shown(frame: pd.DataFrame, columns: tuple[str, ...] | None) -> pd.DataFrame:
     """The listed columns of a table, or all of it; and the reasons where results are missing."""
     if columns is None:
         return frame
@@ -72,7 +115,7 @@ def _shown(frame: pd.DataFrame, columns: list[str] | None) -> pd.DataFrame:
     return frame[[name for name in dict.fromkeys([*columns, *reasons]) if name in frame]]
 
 
-def _layout(name: str, pages: Mapping[str, Part]) -> Part:
+def _page(name: str, pages: Mapping[str, Layout]) -> Layout:
     if name not in pages:
         raise ConfigurationError(f"no layout of a page {name!r}; there are: {', '.join(sorted(pages))}")
     return pages[name]

@@ -5,13 +5,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
 
 import pandas as pd
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.report.summary import Numbers
 
 # How the end of a column's name reads as a unit.
 UNITS: Mapping[str, str] = {
@@ -80,7 +80,7 @@ def report(
     title: str,
     sections: tuple[Section, ...],
     *,
-    numbers: Mapping[str, Any],
+    numbers: Numbers,
     subtitle: str = "",
     footer: str = "",
 ) -> str:
@@ -110,7 +110,7 @@ def _numbered(sections: tuple[Section, ...], kind: type) -> dict[int, int]:
     return {id(block): number for number, block in enumerate(blocks, start=1)}
 
 
-def quoted(text: str, numbers: Mapping[str, Any]) -> str:
+def quoted(text: str, numbers: Numbers) -> str:
     """The text with each {name:format} replaced by that number, or by a dash where there is none."""
 
     def value(match: re.Match[str]) -> str:
@@ -144,7 +144,7 @@ def heading(column: str) -> str:
     return " ".join(words)
 
 
-def cell(value: Any) -> str:
+def cell(value: object) -> str:
     """A value of a table as text."""
     if pd.isna(value):
         return "–"

@@ -1,4 +1,4 @@
-"""What the report says about the whole study: its numbers by name, its assumptions, what made it."""
+"""What the report says of the whole study: numbers by name, assumptions, sources, what made it."""
 
 import hashlib
 import json
@@ -6,9 +6,13 @@ import platform
 import re
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 import pandas as pd
+
+# What sentences quote, by dotted name, e.g. sweep.small.1.nipple_left_mm; None where there is none.
+Numbers = Mapping[str, float | str | None]
+# The nested plain values of a configuration, as YAML has them.
+Configuration = Mapping[str, object]
 
 PACKAGES = (
     "mammosim",
@@ -27,7 +31,6 @@ PACKAGES = (
 )
 ASSUMPTION = re.compile(r"^\s*# ASSUME: (.*)$")
 CONTINUED = re.compile(r"^\s*# (?!ASSUME)(.*)$")
-CITATION = re.compile(r"\[?@([a-z]+\d{4}[a-z]?)\]?")
 
 
 def numbers(
@@ -51,11 +54,11 @@ def numbers(
     return found
 
 
-def _word(value: Any) -> str:
+def _word(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value).replace(" ", "_")
 
 
-def _plain(value: Any) -> float | str | None:
+def _plain(value: float | str) -> float | str | None:
     if pd.isna(value):
         return None
     return value.item() if hasattr(value, "item") else value
@@ -83,16 +86,7 @@ def _continued(lines: Iterable[str]) -> Iterable[str]:
         yield match[1].strip()
 
 
-def citations(sources: Mapping[str, str]) -> dict[str, list[str]]:
-    """Which files cite which [@key]: key -> sorted file names."""
-    found: dict[str, set[str]] = {}
-    for file, text in sources.items():
-        for key in CITATION.findall(text):
-            found.setdefault(key, set()).add(file)
-    return {key: sorted(files) for key, files in sorted(found.items())}
-
-
-def provenance(configuration: Mapping[str, Any], *, lock: str, assumed: pd.DataFrame) -> dict[str, Any]:
+def provenance(configuration: Configuration, *, lock: str, assumed: pd.DataFrame) -> dict[str, object]:
     """Versions, and digests of the configuration and of the text of the environment's lock."""
     return {
         "python": platform.python_version(),
@@ -104,7 +98,7 @@ def provenance(configuration: Mapping[str, Any], *, lock: str, assumed: pd.DataF
     }
 
 
-def digest(values: Mapping[str, Any]) -> str:
+def digest(values: Configuration) -> str:
     """SHA-256 of nested values, whatever the order of their keys."""
     return hashlib.sha256(json.dumps(values, sort_keys=True, default=str).encode()).hexdigest()
 
@@ -114,3 +108,25 @@ def _version(name: str) -> str:
         return version(name)
     except PackageNotFoundError:
         return "not installed"
+
+
+ENTRY = re.compile(r"@(\w+)\{(\w+),(.*?)\n\}", re.S)
+FIELD = re.compile(r"(\w+) = \{(.*?)\},?\s*(?=\n|$)", re.S)
+ACCENT = re.compile(r"\{\\\^i\}")
+
+
+def entries(text: str) -> list[dict[str, str]]:
+    """key, author, year, title and where it appeared, of every entry, sorted by key."""
+    rows = []
+    for _, key, body in ENTRY.findall(text):
+        fields = {name: _plain_text(value) for name, value in FIELD.findall(body)}
+        where = fields.get("journal") or fields.get("institution", "")
+        rows.append(
+            {"key": key, "author": fields.get("author", ""), "year": fields.get("year", "")}
+            | {"title": fields.get("title", ""), "in": f"{where} {fields.get('volume', '')}".strip()}
+        )
+    return sorted(rows, key=lambda row: row["key"])
+
+
+def _plain_text(value: str) -> str:
+    return ACCENT.sub("î", value).replace("{", "").replace("}", "").replace("\\", "")

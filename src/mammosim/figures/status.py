@@ -1,10 +1,12 @@
-"""What the study costs: seconds and megabytes of its rules."""
+"""What a study shows of itself: what its rules cost, and why a figure is missing."""
+
+import textwrap
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from mammosim.figures.style import BLUE, ORANGE, new_figure, styled
+from mammosim.figures.style import BLUE, ORANGE, QUIET, VERMILION, new_figure, styled
 
 
 @styled
@@ -29,4 +31,17 @@ def time_and_memory(table: pd.DataFrame) -> Figure:
     for ax in (time, memory):
         ax.margins(x=0.25, y=0.02)
         ax.grid(False, axis="y")
+    return figure
+
+
+LINE = 95  # characters
+
+
+@styled
+def notice(reason: str) -> Figure:
+    """The reason, in the place of a figure whose results are missing."""
+    lines = textwrap.wrap(reason, LINE)
+    figure = new_figure(0.9 + 0.17 * len(lines))
+    figure.text(0.02, 0.93, "This figure is missing.", color=VERMILION, weight="bold", va="top")
+    figure.text(0.02, 0.70, "\n".join(lines), color=QUIET, fontsize=8, va="top", parse_math=False)
     return figure
