@@ -1,8 +1,9 @@
-"""The study runs wherever it lies: blanks and umlauts in the paths of checkout, environment and results."""
+"""The study runs wherever it lies, and what it made stays valid when it is moved."""
 
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 
@@ -20,3 +21,10 @@ def test_blanks_and_umlauts_in_every_path(study, tmp_path):
     ended = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     assert ended.returncode == 0, ended.stdout[-3000:]
     assert (run / "results/truth/small/stress_free.vtu").exists()
+
+
+def test_a_moved_checkout_and_its_results_are_up_to_date(finished, tmp_path):
+    there = replace(finished, home=tmp_path / "another home", run=tmp_path / "another run")
+    shutil.copytree(finished.home, there.home)
+    shutil.copytree(finished.run, there.run, symlinks=True)
+    assert "Nothing to be done" in there.snakemake("--dry-run").stdout

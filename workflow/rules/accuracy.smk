@@ -31,13 +31,13 @@ rule accuracy_start:
     """The chain of one breast at today's settings, which every trial begins with."""
     input:
         unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
-        library=[*library("accuracy_start.py"), *code(*STAGES)],
     output:
         folder=directory("results/accuracy/start"),
         table="results/accuracy/chain.csv",
     params:
         given=lambda wildcards: job_given(TRIED_PRODUCTS, TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
         quantities=ASKED,
+        library=library("accuracy_start.py", *STAGES),
     log:
         "results/logs/accuracy_start/all.log",
     benchmark:
@@ -53,13 +53,13 @@ rule accuracy_trial:
     input:
         unpack(lambda wildcards: measured(TRIED, *TRIED_MEASURED)),
         start="results/accuracy/start",
-        library=[*library("accuracy_trial.py"), *code(*STAGES)],
     output:
         "results/accuracy/{parameter}/{value}.csv",
     params:
         given=lambda wildcards: job_given(TRIED_PRODUCTS, TRIED_PLACES, TRIED_SETTINGS, EFFECTS),
         parameter=lambda wildcards: PARAMETERS[wildcards.parameter].alone(wildcards.value),
         repeats=asdict(ACCURACY.repeats),
+        library=library("accuracy_trial.py", *STAGES),
     log:
         "results/logs/accuracy_trial/{parameter}_{value}.log",
     benchmark:
@@ -77,7 +77,6 @@ rule accuracy_tables:
             "results/accuracy/chain.csv",
             *(f"results/accuracy/{name}/{value.name}.csv" for name, each in PARAMETERS.items() for value in each.values),
         ],
-        library=library("accuracy_tables.py"),
     output:
         table="results/study/accuracy.csv",
         orders="results/study/accuracy_orders.csv",
@@ -87,6 +86,7 @@ rule accuracy_tables:
         files=expand("results/accuracy/presets/{preset}.yaml", preset=ACCURACY.presets),
     params:
         limits=ACCURACY.presets,
+        library=library("accuracy_tables.py"),
     log:
         "results/logs/accuracy_tables/all.log",
     benchmark:
@@ -101,9 +101,10 @@ rule accuracy:
     """What accuracy costs in time, on demand: results/study/accuracy.csv and accuracy.html."""
     input:
         **page("accuracy"),
-        library=library("page.py"),
     output:
         "results/study/accuracy.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/accuracy/all.log",
     benchmark:

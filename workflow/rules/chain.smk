@@ -197,14 +197,6 @@ def writes(*products):
     return job_outputs(products, PLACEHOLDERS)
 
 
-def code(*products):
-    """The package files that these products depend on: those of their own stages and of all before them."""
-    names = {each for product in products for each in (*upstream(STAGES, product), product)}
-    modules = {STAGES[name].module for name in names}
-    files = [HOME / "src" / Path(*module.split(".")).with_suffix(".py") for module in modules]
-    return dependencies([SCRIPTS / "stage.py", *files])
-
-
 def runs(*products):
     """The parameters of a job that makes these products."""
     return {"products": list(products), "functions": [STAGES[name].function for name in products],

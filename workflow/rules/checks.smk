@@ -10,9 +10,10 @@ rule score_registration:
         fiducials=f"results/fiducials/{{w}}/{{p}}.csv",
         true_moving="results/truth/{w}/{p}_motion.tfm",
         true_fixed=lambda wildcards: f"results/truth/{wildcards.w}/{reference_of(wildcards.w)}_motion.tfm",
-        library=library("score_registration.py"),
     output:
         "results/scores/{w}/registration_{p}.csv",
+    params:
+        library=library("score_registration.py"),
     log:
         "results/logs/score_registration/{w}_{p}.log",
     benchmark:
@@ -28,9 +29,10 @@ rule score_segmentation:
     input:
         labels="results/segmentation/{w}/{p}.nii.gz",
         truth="results/truth/{w}/{p}_labels.nii.gz",
-        library=library("score_segmentation.py"),
     output:
         "results/scores/{w}/segmentation_{p}.csv",
+    params:
+        library=library("score_segmentation.py"),
     log:
         "results/logs/score_segmentation/{w}_{p}.log",
     benchmark:
@@ -47,9 +49,10 @@ rule score_stress_free:
         shape=lambda wildcards: stress_free_of(wildcards.w, [wildcards.method])[0],
         truth="results/truth/{w}/stress_free.vtu",
         motion=lambda wildcards: f"results/truth/{wildcards.w}/{reference_of(wildcards.w)}_motion.tfm",
-        library=library("score_stress_free.py"),
     output:
         "results/scores/{w}/stress_free_{method}.csv",
+    params:
+        library=library("score_stress_free.py"),
     log:
         "results/logs/score_stress_free/{w}_{method}.log",
     benchmark:

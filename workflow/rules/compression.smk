@@ -20,11 +20,11 @@ rule standard_path:
     """The load path of the standard strategy from the stress-free shape, which the other strategies go on from."""
     input:
         unpack(reads("standard_path")),
-        library=code("standard_path"),
     output:
         **writes("standard_path"),
     params:
         **runs("standard_path"),
+        library=library("stage.py", "standard_path"),
     log:
         "results/logs/standard_path/{v}_{side}_{moduli}{also}.log",
     benchmark:
@@ -39,11 +39,11 @@ rule compress:
     """One breast pressed by one strategy: shape, load path, thickness, strain, pressure."""
     input:
         unpack(reads("pressed")),
-        library=code("pressed"),
     output:
         **writes("pressed"),
     params:
         **runs("pressed"),
+        library=library("stage.py", "pressed"),
     log:
         "results/logs/compress/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:

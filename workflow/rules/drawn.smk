@@ -44,12 +44,12 @@ rule figure:
     """One figure of one or two tables; its function says what it shows."""
     input:
         tables=lambda wildcards: [f"results/study/{name}.csv" for name in DRAWN[wildcards.figure][1]],
-        library=drawn_by,
     output:
         "results/study/figures/{figure}.png",
     params:
         function=lambda wildcards: DRAWN[wildcards.figure][0],
         told=lambda wildcards: TOLD.get(wildcards.figure, {}),
+        library=drawn_by,
     wildcard_constraints:
         figure="|".join(DRAWN),
     log:
@@ -211,11 +211,11 @@ for figure, (function, shown) in PICTURED.items():
         """One figure of files of results; its function says what it shows."""
         input:
             **shown,
-            library=pictured_by(function),
         output:
             f"results/study/figures/{figure}.png",
         params:
             function=function,
+            library=pictured_by(function),
             **TOLD_TOO.get(figure, {}),
         log:
             f"results/logs/{named}/{figure}.log",

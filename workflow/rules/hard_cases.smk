@@ -5,12 +5,11 @@ PAGES["hard_cases"] = {"tables": ["hard_cases"], "figures": ["hard_cases"]}
 
 rule hard_case:
     """What happens in one hard case, against what is expected."""
-    input:
-        library=library("hard_case.py"),
     output:
         "results/hard_cases/{case}.csv",
     params:
         values=lambda wildcards: HARD_CASES[wildcards.case],
+        library=library("hard_case.py"),
     wildcard_constraints:
         case="[a-z0-9_.]+",
     log:
@@ -27,10 +26,11 @@ rule hard_cases_table:
     """Every hard case, and a loud word on each unexpected outcome."""
     input:
         rows=expand("results/hard_cases/{case}.csv", case=HARD_CASES),
-        library=library("hard_cases_table.py"),
     output:
         table="results/study/hard_cases.csv",
         numbers="results/study/hard_cases.json",
+    params:
+        library=library("hard_cases_table.py"),
     log:
         "results/logs/hard_cases_table/all.log",
     benchmark:
@@ -45,9 +45,10 @@ rule hard_cases:
     """Hard cases of the mechanics, on demand: results/study/hard_cases.csv and hard_cases.html."""
     input:
         **page("hard_cases"),
-        library=library("page.py"),
     output:
         "results/study/hard_cases.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/hard_cases/all.log",
     benchmark:

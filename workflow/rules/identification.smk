@@ -7,7 +7,6 @@ rule identify:
     """Moduli by side and tissue from two positions, with their intervals, draws and the stress-free shape."""
     input:
         unpack(pair_inputs),
-        library=library("identify.py"),
     output:
         moduli="results/identification/{v}/moduli.csv",
         samples="results/identification/{v}/samples.csv",
@@ -19,6 +18,7 @@ rule identify:
         tissues=TISSUES,
         settings={key: value for key, value in IDENTIFICATION.items() if key != "grid"},
         seed=config["seed"],
+        library=library("identify.py"),
     log:
         "results/logs/identify/{v}.log",
     benchmark:
@@ -33,13 +33,13 @@ rule identify_grid:
     """The search by hand as a grid: what is left of skin and markers for every pair of moduli."""
     input:
         unpack(pair_inputs),
-        library=library("identify_grid.py"),
     output:
         "results/identification/{v}/grid.csv",
     params:
         gravity=pair_gravity,
         tissues=TISSUES,
         settings={key: IDENTIFICATION[key] for key in ("prior", "grid")},
+        library=library("identify_grid.py"),
     log:
         "results/logs/identify_grid/{v}.log",
     benchmark:
@@ -54,9 +54,10 @@ rule moduli_ratio:
     """How much stiffer tissues are under compression than under gravity, in the literature and fitted here."""
     input:
         fitted="results/study/identification.csv",
-        library=library("moduli_ratio.py"),
     output:
         "results/identification/ratio.csv",
+    params:
+        library=library("moduli_ratio.py"),
     log:
         "results/logs/moduli_ratio/all.log",
     benchmark:

@@ -7,13 +7,13 @@ rule check_input:
         images=lambda wildcards: row(wildcards).images or [],
         labels=lambda wildcards: row(wildcards).labels or [],
         listed=lambda wildcards: row(wildcards).fiducials or [],
-        library=library("check_input.py"),
     output:
         "results/checked/{v}_{p}.csv",
     params:
         gravity=lambda wildcards: row(wildcards).gravity,
         chest_markers=config["registration"]["chest_markers"],
         registered=lambda wildcards: not data_of(wildcards.v).apart,
+        library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",
     benchmark:
@@ -28,9 +28,10 @@ rule inputs_checked:
     """Everything that is given of the study's volunteers is usable: these jobs go before all others."""
     input:
         rows=scanned("results/checked/{v}_{p}.csv"),
-        library=library("table.py"),
     output:
         "results/checked/all.csv",
+    params:
+        library=library("table.py"),
     log:
         "results/logs/inputs_checked.log",
     benchmark:
@@ -47,9 +48,10 @@ rule import_image:
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
         images=lambda wildcards: row(wildcards).images,
-        library=library("import_image.py"),
     output:
         "results/images/{v}/{p}.nii.gz",
+    params:
+        library=library("import_image.py"),
     log:
         "results/logs/import_image/{v}_{p}.log",
     benchmark:
@@ -66,11 +68,11 @@ rule fiducials:
         unpack(reads("fiducials")),
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
-        library=code("fiducials"),
     output:
         **writes("fiducials"),
     params:
         **runs("fiducials"),
+        library=library("stage.py", "fiducials"),
     log:
         "results/logs/fiducials/{v}_{p}.log",
     benchmark:
@@ -85,11 +87,11 @@ rule register:
     """The rigid motion of one position into the reference frame: markers first, then the rib cage's image."""
     input:
         unpack(reads("transform", "moved_scan", "moved_fiducials")),
-        library=code("transform", "moved_scan", "moved_fiducials"),
     output:
         **writes("transform", "moved_scan", "moved_fiducials"),
     params:
         **runs("transform", "moved_scan", "moved_fiducials"),
+        library=library("stage.py", "transform", "moved_scan", "moved_fiducials"),
     log:
         "results/logs/register/{v}_{p}.log",
     benchmark:
@@ -104,11 +106,11 @@ rule segment:
     """Tissue labels of one image from a few strokes: forest, speed image, active contour."""
     input:
         unpack(reads("labels", "gland_probability")),
-        library=code("labels", "gland_probability"),
     output:
         **writes("labels", "gland_probability"),
     params:
         **runs("labels", "gland_probability"),
+        library=library("stage.py", "labels", "gland_probability"),
     wildcard_constraints:
         v=others_than(LABELLED),
     log:
@@ -127,11 +129,11 @@ rule take_labels:
         unpack(reads("labels")),
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
-        library=code("labels"),
     output:
         **writes("labels"),
     params:
         **runs("labels"),
+        library=library("stage.py", "labels"),
     wildcard_constraints:
         v=one_of(LABELLED),
     log:

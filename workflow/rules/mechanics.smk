@@ -10,13 +10,13 @@ rule sweep:
         start=f"results/registration/{{v}}/{REFERENCE}_fiducials.csv",
         goal="results/registration/{v}/prone_fiducials.csv",
         transform="results/registration/{v}/prone.tfm",
-        library=library("sweep.py"),
     output:
         row="results/mechanics/{v}/sweep/{kpa}kpa.csv",
         shape="results/mechanics/{v}/sweep/{kpa}kpa.vtu",
     params:
         settings={key: value for key, value in SWEEP.items() if key != "youngs_modulus_kpa"},
         gravity=lambda wildcards: [gravity(wildcards.v, REFERENCE), gravity(wildcards.v, "prone")],
+        library=library("sweep.py"),
     log:
         "results/logs/sweep/{v}_{kpa}kpa.log",
     benchmark:
@@ -33,7 +33,6 @@ rule upright:
         mesh="results/meshes/{v}/prone.vtu",
         start=lambda wildcards: in_common(wildcards.v, "prone"),
         transform=lambda wildcards: motion_of(wildcards.v, "prone"),
-        library=library("upright.py"),
     output:
         row="results/mechanics/{v}/upright/skin_{skin_kpa}kpa.csv",
         shape="results/mechanics/{v}/upright/skin_{skin_kpa}kpa.vtu",
@@ -41,6 +40,7 @@ rule upright:
         settings={key: value for key, value in UPRIGHT.items() if key != "skin_kpa"},
         tissue={key: SWEEP[key] for key in ("poisson_ratio", "muscle_kpa", "density_g_cm3")},
         gravity=lambda wildcards: gravity(wildcards.v, "prone"),
+        library=library("upright.py"),
     log:
         "results/logs/upright/{v}_{skin_kpa}kpa.log",
     benchmark:
@@ -55,11 +55,11 @@ rule stress_free:
     """The shape without gravity by one method, with its residual at every iteration."""
     input:
         unpack(reads("stress_free")),
-        library=code("stress_free"),
     output:
         **writes("stress_free"),
     params:
         **runs("stress_free"),
+        library=library("stage.py", "stress_free"),
     wildcard_constraints:
         method="|".join({*STRESS_FREE["methods"], STRESS_FREE["default"]}),
     log:
@@ -76,11 +76,11 @@ rule loaded:
     """The stress-free body loaded in a position."""
     input:
         unpack(reads("loaded")),
-        library=code("loaded"),
     output:
         **writes("loaded"),
     params:
         **runs("loaded"),
+        library=library("stage.py", "loaded"),
     wildcard_constraints:
         position="|".join(GRAVITY),
     log:

@@ -5,11 +5,11 @@ rule mesh:
     """A closed smooth surface and quadratic tetrahedra of one segmented position, in the reference frame."""
     input:
         unpack(reads("mesh")),
-        library=code("mesh"),
     output:
         **writes("mesh"),
     params:
         **runs("mesh"),
+        library=library("stage.py", "mesh"),
     log:
         "results/logs/mesh/{v}_{p}{also}.log",
     benchmark:

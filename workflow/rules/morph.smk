@@ -5,11 +5,11 @@ rule morph:
     """Prone morphed onto the shape of supine, and the mean of the two, by the surfaces alone."""
     input:
         unpack(reads("mean_shape")),
-        library=code("mean_shape"),
     output:
         **writes("mean_shape"),
     params:
         **runs("mean_shape"),
+        library=library("stage.py", "mean_shape"),
     log:
         "results/logs/morph/{v}{also}.log",
     benchmark:

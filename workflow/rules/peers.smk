@@ -9,13 +9,13 @@ wildcard_constraints:
 
 rule peers_mesh:
     """The hemisphere of one element size, with or without a layer of solid elements, as every program reads it."""
-    input:
-        library=library("peers_mesh.py"),
     output:
         "results/peers/meshes/{edge}mm_layer_{layer}mm.npz",
     wildcard_constraints:
         edge="[0-9.]+",
         layer="[0-9.]+",
+    params:
+        library=library("peers_mesh.py"),
     log:
         "results/logs/peers_mesh/{edge}mm_layer_{layer}mm.log",
     benchmark:
@@ -33,13 +33,13 @@ rule peer:
         coarse=lambda wildcards: peers_mesh_of(wildcards.case, f"{PEERS['warm_up_edge_mm']:g}"),
         adapter=lambda wildcards: str(SCRIPTS / "peers" / PROGRAMS[wildcards.program][1]),
         shared=str(SCRIPTS / "peers" / "_adapter.py"),
-        solver=lambda wildcards: library("peers/with_mammosim.py") if wildcards.program == "mammosim" else [],
-        library=library("peer.py"),
     output:
         "results/peers/{case}/{edge}mm_{program}.csv",
     params:
         values=lambda wildcards: PEERS["cases"][wildcards.case],
         program=peer_program,
+        solver=lambda wildcards: library("peers/with_mammosim.py") if wildcards.program == "mammosim" else [],
+        library=library("peer.py"),
     wildcard_constraints:
         case="|".join(PEERS["cases"]),
         edge="[0-9.]+",
@@ -63,7 +63,6 @@ rule peers_table:
             for job in PEERS["runs"]
             for program in job["programs"]
         ],
-        library=library("peers_table.py"),
     output:
         table="results/study/peers.csv",
         targets="results/study/peers_targets.csv",
@@ -71,6 +70,7 @@ rule peers_table:
     params:
         targets=PEERS["targets"],
         stopping=STOPPING,
+        library=library("peers_table.py"),
     log:
         "results/logs/peers_table/all.log",
     benchmark:
@@ -86,9 +86,10 @@ rule peers:
     input:
         **page("peers"),
         xray="results/study/peers_xray.html",
-        library=library("page.py"),
     output:
         "results/study/peers.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/peers/all.log",
     benchmark:
@@ -101,14 +102,13 @@ rule peers:
 
 rule peers_xray_problem:
     """One X-ray task as every program reads it, and a coarse one to compile and load by."""
-    input:
-        library=library("peers_xray_problem.py"),
     output:
         problem="results/peers/xray/{task}.npz",
         small="results/peers/xray/{task}_small.npz",
     params:
         kind=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["kind"],
         values=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["problem"],
+        library=library("peers_xray_problem.py"),
     log:
         "results/logs/peers_xray_problem/{task}.log",
     benchmark:
@@ -126,14 +126,14 @@ rule peer_xray:
         small="results/peers/xray/{task}_small.npz",
         adapter=lambda wildcards: str(SCRIPTS / "peers" / XRAY_PROGRAMS[wildcards.program][1]),
         shared=str(SCRIPTS / "peers" / "_adapter.py"),
-        solver=lambda wildcards: library(f"peers/{XRAY_PROGRAMS[wildcards.program][1]}"),
-        library=library("peer_xray.py"),
     output:
         "results/peers/xray/{task}_by_{program}.csv",
     params:
         kind=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["kind"],
         values=lambda wildcards: XRAY_PEERS["tasks"][wildcards.task]["problem"],
         program=xray_program,
+        solver=lambda wildcards: library(f"peers/{XRAY_PROGRAMS[wildcards.program][1]}"),
+        library=library("peer_xray.py"),
     wildcard_constraints:
         program="|".join(XRAY_PROGRAMS),
     log:
@@ -155,13 +155,13 @@ rule peers_xray_table:
             for name, task in XRAY_PEERS["tasks"].items()
             for program in task["programs"]
         ],
-        library=library("peers_table.py"),
     output:
         table="results/study/peers_xray.csv",
         targets="results/study/peers_xray_targets.csv",
         numbers="results/study/peers_xray.json",
     params:
         targets=XRAY_PEERS["targets"],
+        library=library("peers_table.py"),
     log:
         "results/logs/peers_xray_table/all.log",
     benchmark:
@@ -176,9 +176,10 @@ rule peers_xray:
     """X-ray tasks by mammosim and by other programs, on demand: results/study/peers_xray.csv and peers_xray.html."""
     input:
         **page("peers_xray"),
-        library=library("page.py"),
     output:
         "results/study/peers_xray.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/peers_xray/all.log",
     benchmark:

@@ -6,7 +6,6 @@ rule plan:
     """Before a run: scenes and their effects, jobs, expected minutes and memory of every target."""
     input:
         costs=str(HOME / "config/costs.tsv"),
-        library=library("plan.py"),
     output:
         "results/study/plan.csv",
     params:
@@ -18,7 +17,8 @@ rule plan:
         targets=["study", *PAGES],
         scenes={name: effects_or_file(name) for name in SCENES},
         cores=workflow.cores or 1,
-        now=time.time(),  # what there is to do changes with every run, which no file says
+        now=time.time(),  # what there is to do changes with every run, which no file says,
+        library=library("plan.py"),
     log:
         "results/logs/plan.log",
     benchmark:

@@ -8,11 +8,11 @@ rule score_moduli:
         fitted="results/identification/{w}/moduli.csv",
         fit="results/identification/{w}/fit.csv",
         truth="results/truth/{w}/moduli.csv",
-        library=library("score_moduli.py"),
     output:
         "results/scores/{w}/moduli.csv",
     params:
         seed=lambda wildcards: MADE.get(wildcards.w, config["seed"]),
+        library=library("score_moduli.py"),
     log:
         "results/logs/score_moduli/{w}.log",
     benchmark:
@@ -27,9 +27,10 @@ rule score_draws:
     """Every sample of the virtual patients, and how it ended."""
     input:
         rows=expand("results/truth/{w}/draws.csv", w=MADE),
-        library=library("table.py"),
     output:
         "results/study/recovery_draws.csv",
+    params:
+        library=library("table.py"),
     log:
         "results/logs/score_draws/all.log",
     benchmark:
@@ -44,11 +45,12 @@ rule recovery_table:
     """The moduli of all virtual patients, and how often the truth lies in its interval."""
     input:
         rows=expand("results/scores/{w}/moduli.csv", w=MADE),
-        library=library("recovery_table.py"),
     output:
         table="results/study/recovery.csv",
         tissues="results/study/recovery_tissues.csv",
         numbers="results/study/recovery.json",
+    params:
+        library=library("recovery_table.py"),
     log:
         "results/logs/recovery_table/all.log",
     benchmark:
@@ -63,9 +65,10 @@ rule recovery:
     """Moduli of virtual patients found again, on demand: results/study/recovery.csv and recovery.html."""
     input:
         **page("recovery"),
-        library=library("page.py"),
     output:
         "results/study/recovery.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/recovery/all.log",
     benchmark:

@@ -40,9 +40,10 @@ rule missing:
             "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
         ),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
-        library=library("missing.py"),
     output:
         "results/study/missing.csv",
+    params:
+        library=library("missing.py"),
     log:
         "results/logs/missing.log",
     benchmark:
@@ -55,12 +56,11 @@ rule missing:
 
 rule not_planned:
     """What the data of each volunteer do not allow, and why: no failure, and nobody waits for it."""
-    input:
-        library=library("not_planned.py"),
     output:
         "results/study/not_planned.csv",
     params:
         rows=[(v, what, why) for v, rows in NOT_PLANNED.items() for what, why in rows],
+        library=library("not_planned.py"),
     log:
         "results/logs/not_planned.log",
     benchmark:
@@ -87,11 +87,11 @@ rule report:
         bibliography=str(HOME / "config/references.bib"),
         page_texts=[page_text(target) for target in PAGES],
         pages=made_pages,
-        library=library("report.py"),
     output:
         "results/study/report.html",
     params:
         volunteers=WOMEN,
+        library=library("report.py"),
     log:
         "results/logs/report.log",
     benchmark:

@@ -17,7 +17,6 @@ checkpoint screen:
     """Which effects each scene of a family calls for: what leaving them out or adding them does, on the coarse model."""
     input:
         unpack(lambda wildcards: breast_of(volunteer_of_family(wildcards.family))),
-        library=[*library("screen.py"), *code(*STAGES)],
     output:
         effects="results/scenes/screening/{family}.csv",
         joint="results/scenes/screening/{family}_joint.csv",
@@ -26,6 +25,7 @@ checkpoint screen:
         scenes=lambda wildcards: {s: to_screen(s) for s in scenes_of_family(wildcards.family)},
         given=screening_given,
         rule={key: SCREENING[key] for key in ("part", "joint_part", "pairs")},
+        library=library("screen.py", *STAGES),
     wildcard_constraints:
         family="|".join({*FAMILY.values()}),
     log:
@@ -44,7 +44,6 @@ rule scene_answer:
         unpack(lambda wildcards: breast_of(SCENES[wildcards.scene].volunteer)),
         unpack(answer_inputs),
         screening=screening_of,
-        library=[*library("scene_answer.py"), *code(*STAGES)],
     output:
         "results/scenes/answers/{scene}_{model}.json",
     params:
@@ -55,6 +54,7 @@ rule scene_answer:
             scene_settings(wildcards.scene),
             sorted(scene_effects(wildcards.scene, wildcards.model)),
         ),
+        library=library("scene_answer.py", *STAGES),
     log:
         "results/logs/scene_answer/{scene}_{model}.log",
     benchmark:
@@ -73,7 +73,6 @@ rule scenes_table:
         joint=expand("results/scenes/screening/{family}_joint.csv", family=families_to_screen()),
         seconds=expand("results/scenes/screening/{family}.json", family=families_to_screen()),
         measured=home("config/accuracy/measured.csv"),
-        library=library("scenes_table.py"),
     output:
         scenes="results/study/scenes.csv",
         effects="results/study/effects.csv",
@@ -87,6 +86,7 @@ rule scenes_table:
         },
         variants=lambda wildcards: all_variants(),
         accuracy=lambda wildcards: {name: accuracy_words(name) for name in SCENES},
+        library=library("scenes_table.py"),
     log:
         "results/logs/scenes_table/all.log",
     benchmark:
@@ -101,9 +101,10 @@ rule scenes:
     """Scenes with only the effects that they call for, on demand: results/study/scenes.csv and scenes.html."""
     input:
         **page("scenes"),
-        library=library("page.py"),
     output:
         "results/study/scenes.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/scenes/all.log",
     benchmark:

@@ -9,12 +9,12 @@ rule soften:
         unpack(lambda wildcards: breast_of(wildcards.v)),
         moduli="results/identification/{v}/moduli.csv",
         fit="results/identification/{v}/fit.csv",
-        library=[*library("soften.py"), *code("loaded", "exposed_dose")],
     output:
         "results/softening/{v}/{side}.csv",
     params:
         given=lambda wildcards: softening_given(wildcards.v, wildcards.side),
         factors=SOFTENING["factors"],
+        library=library("soften.py", "loaded", "exposed_dose"),
     log:
         "results/logs/soften/{v}_{side}.log",
     benchmark:
@@ -29,10 +29,11 @@ rule softening_table:
     """All breasts with other moduli, and the largest changes."""
     input:
         rows=over("results/softening/{v}/{side}.csv", able("softening"), side=COMPRESSION["sides"]),
-        library=library("softening_table.py"),
     output:
         table="results/study/softening.csv",
         numbers="results/study/softening.json",
+    params:
+        library=library("softening_table.py"),
     log:
         "results/logs/softening_table/all.log",
     benchmark:
@@ -47,9 +48,10 @@ rule softening:
     """Moduli softer and stiffer within a month, on demand: results/study/softening.csv and softening.html."""
     input:
         **page("softening"),
-        library=library("page.py"),
     output:
         "results/study/softening.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/softening/all.log",
     benchmark:

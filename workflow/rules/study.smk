@@ -45,11 +45,12 @@ rule table:
     """One table of the study: the rows of all volunteers together."""
     input:
         rows=lambda wildcards: TABLES[wildcards.table],
-        library=library("table.py"),
     output:
         "results/study/{table}.csv",
     wildcard_constraints:
         table="|".join(TABLES),
+    params:
+        library=library("table.py"),
     log:
         "results/logs/table/{table}.log",
     benchmark:
@@ -65,9 +66,10 @@ rule trade_off:
     input:
         compression="results/study/compression.csv",
         image="results/study/image.csv",
-        library=library("trade_off.py"),
     output:
         "results/study/trade_off.csv",
+    params:
+        library=library("trade_off.py"),
     log:
         "results/logs/trade_off.log",
     benchmark:
@@ -82,9 +84,10 @@ rule numbers:
     """Every number that the report and the README quote, by name."""
     input:
         tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
-        library=library("collect_numbers.py"),
     output:
         "results/study/numbers.json",
+    params:
+        library=library("collect_numbers.py"),
     log:
         "results/logs/numbers.log",
     benchmark:
@@ -100,12 +103,12 @@ rule provenance:
     input:
         lock=str(HOME / "environment.lock"),
         sources=sorted(map(str, PACKAGE.rglob("*.py"))),
-        library=library("provenance.py"),
         numbers="results/study/numbers.json",
     output:
         "results/study/provenance.json",
     params:
         configuration=config,
+        library=library("provenance.py"),
     log:
         "results/logs/provenance.log",
     benchmark:

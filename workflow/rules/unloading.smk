@@ -4,14 +4,13 @@ UNLOADING = config["mechanics"]["unloading"]
 
 rule score_unloading:
     """All methods on one digital volunteer's own body, with the right moduli, for one modulus of fat and gland."""
-    input:
-        library=library("score_unloading.py"),
     output:
         "results/scores/{w}/unloading_{kpa}kpa.csv",
     params:
         woman=lambda wildcards: config["digital"]["women"][wildcards.w],
         tissues=TISSUES,
         element_mm=UNLOADING["element_mm"],
+        library=library("score_unloading.py"),
     log:
         "results/logs/score_unloading/{w}_{kpa}kpa.log",
     benchmark:

@@ -22,7 +22,6 @@ rule validate:
         measured="results/meshes/{v}/{p}.vtu",
         fiducials="results/registration/{v}/{p}_fiducials.csv",
         transform="results/registration/{v}/{p}.tfm",
-        library=library("validate.py"),
     output:
         rows="results/validation/{v}/{p}.csv",
         shape="results/validation/{v}/{p}.vtu",
@@ -30,6 +29,7 @@ rule validate:
         fitted=lambda wildcards: wildcards.p in SEGMENTED,
         gravity=lambda wildcards: gravity(wildcards.v, wildcards.p),
         tissues=TISSUES,
+        library=library("validate.py"),
     log:
         "results/logs/validate/{v}_{p}.log",
     benchmark:
@@ -49,7 +49,6 @@ rule propagate:
         fiducials="results/registration/{v}/prone_fiducials.csv",
         from_transform="results/registration/{v}/prone.tfm",
         to_transform="results/registration/{v}/{p}.tfm",
-        library=library("propagate.py"),
     output:
         nipples="results/propagation/{v}/{p}_nipples.csv",
         rests="results/propagation/{v}/{p}_stress_free.vtu",
@@ -57,6 +56,7 @@ rule propagate:
         draws=PROPAGATION["draws"],
         gravity=lambda wildcards: [gravity(wildcards.v, "prone"), gravity(wildcards.v, wildcards.p)],
         tissues=TISSUES,
+        library=library("propagate.py"),
     log:
         "results/logs/propagate/{v}_{p}.log",
     benchmark:
@@ -74,13 +74,13 @@ rule propagate_press:
         samples="results/identification/{v}/samples.csv",
         rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
         order=lambda wildcards: order_of(wildcards) if wildcards.rank != "fit" else [],
-        library=[*library("propagate_press.py"), *code("exposed_dose")],
     output:
         row="results/propagation/{v}/{side}_{rank}.csv",
         shape="results/propagation/{v}/{side}_{rank}.vtu",
     params:
         pressed=PROPAGATION["pressed"],
         given=lambda wildcards: propagated_given(wildcards.v, wildcards.side),
+        library=library("propagate_press.py", "exposed_dose"),
     log:
         "results/logs/propagate_press/{v}_{side}_{rank}.log",
     benchmark:
@@ -98,12 +98,12 @@ rule propagate_order:
         rests=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_stress_free.vtu",
         fit="results/propagation/{v}/{side}_fit.vtu",
         mesh="results/meshes/{v}/prone.vtu",
-        library=library("propagate_order.py"),
     output:
         "results/propagation/{v}/{side}_order.csv",
     params:
         draws=PROPAGATION["draws"],
         tissues=TISSUES,
+        library=library("propagate_order.py"),
     log:
         "results/logs/propagate_order/{v}_{side}.log",
     benchmark:
@@ -123,10 +123,11 @@ rule propagation_rows:
         pressed=expand(
             "results/propagation/{{v}}/{side}_{rank}.csv", side=COMPRESSION["sides"], rank=PRESSED
         ),
-        library=library("propagation_rows.py"),
     output:
         rows="results/propagation/{v}/rows.csv",
         pressed_rows="results/propagation/{v}/pressed.csv",
+    params:
+        library=library("propagation_rows.py"),
     log:
         "results/logs/propagation_rows/{v}.log",
     benchmark:
@@ -142,13 +143,13 @@ rule wrong_model_table:
     input:
         validated=lambda wildcards: [f"results/validation/{v}/{p}.csv" for v in WITH_REFERENCES for p in validated(v)],
         moduli=expand("results/identification/{v}/moduli.csv", v=WITH_REFERENCES),
-        library=library("wrong_model_table.py"),
     output:
         table="results/study/wrong_model.csv",
         moduli="results/study/wrong_model_moduli.csv",
         numbers="results/study/wrong_model.json",
     params:
         references=WRONG_MODEL,
+        library=library("wrong_model_table.py"),
     log:
         "results/logs/wrong_model_table/all.log",
     benchmark:
@@ -163,9 +164,10 @@ rule wrong_model:
     """What a fit costs whose model leaves out what the woman has, on demand: results/study/wrong_model.html."""
     input:
         **page("wrong_model"),
-        library=library("page.py"),
     output:
         "results/study/wrong_model.html",
+    params:
+        library=library("page.py"),
     log:
         "results/logs/wrong_model/all.log",
     benchmark:

@@ -10,12 +10,11 @@ wildcard_constraints:
 
 rule digital_woman:
     """The configured parameters of a digital volunteer."""
-    input:
-        library=library("digital_woman.py"),
     output:
         "results/truth/{w}/woman.json",
     params:
         woman=lambda wildcards: config["digital"]["women"][wildcards.w],
+        library=library("digital_woman.py"),
     wildcard_constraints:
         w="|".join(config["digital"]["women"]),
     log:
@@ -30,8 +29,6 @@ rule digital_woman:
 
 rule digital_draw:
     """A digital volunteer drawn at random, and again, by name, while she has no stable state in some position."""
-    input:
-        library=library("digital_draw.py"),
     output:
         woman="results/truth/{w}/woman.json",
         draws="results/truth/{w}/draws.csv",
@@ -44,6 +41,7 @@ rule digital_draw:
         element_mm=config["digital"]["element_mm"],
         moving=MOVING,
         stream=lambda wildcards: [config["seed"], "made", MADE[wildcards.w]],
+        library=library("digital_draw.py"),
     wildcard_constraints:
         w="|".join(MADE),
     log:
@@ -60,7 +58,6 @@ rule digital_body:
     """The stress-free body of a digital volunteer, on a mesh of its own, and her true moduli."""
     input:
         woman="results/truth/{w}/woman.json",
-        library=library("digital_body.py"),
     output:
         mesh="results/truth/{w}/stress_free.vtu",
         facts="results/truth/{w}/facts.json",
@@ -68,6 +65,7 @@ rule digital_body:
     params:
         tissues=DIGITAL_TISSUES,
         element_mm=config["digital"]["element_mm"],
+        library=library("digital_body.py"),
     log:
         "results/logs/digital_body/{w}.log",
     benchmark:
@@ -83,7 +81,6 @@ rule digital_position:
     input:
         woman="results/truth/{w}/woman.json",
         mesh="results/truth/{w}/stress_free.vtu",
-        library=library("digital_position.py"),
     output:
         mesh="results/truth/{w}/{p}.vtu",
         motion="results/truth/{w}/{p}_motion.tfm",
@@ -92,6 +89,7 @@ rule digital_position:
         tissues=DIGITAL_TISSUES,
         moving=MOVING,
         seed=config["seed"],
+        library=library("digital_position.py"),
     log:
         "results/logs/digital_position/{w}_{p}.log",
     benchmark:
@@ -110,7 +108,6 @@ rule digital_scan:
         loaded="results/truth/{w}/{p}.vtu",
         motion="results/truth/{w}/{p}_motion.tfm",
         points="results/truth/{w}/{p}_points.csv",
-        library=library("digital_scan.py"),
     output:
         series=directory("results/raw/{w}/{p}"),
         fiducials="results/raw/{w}/{p}_fiducials.csv",
@@ -121,6 +118,7 @@ rule digital_scan:
         click_error_mm=config["digital"]["click_error_mm"],
         strokes=config["digital"]["strokes"],
         seed=config["seed"],
+        library=library("digital_scan.py"),
     log:
         "results/logs/digital_scan/{w}_{p}.log",
     benchmark:

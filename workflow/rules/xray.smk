@@ -20,11 +20,11 @@ rule phantom:
     """The compressed breast as voxels, with what was conserved on the way."""
     input:
         unpack(reads("phantom", "conservation")),
-        library=code("phantom", "conservation"),
     output:
         **writes("phantom", "conservation"),
     params:
         **runs("phantom", "conservation"),
+        library=library("stage.py", "phantom", "conservation"),
     log:
         "results/logs/phantom/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -39,11 +39,11 @@ rule field:
     """Whether the detectors hold the compressed breast in all views: known before any photon is followed."""
     input:
         unpack(reads("field")),
-        library=code("field"),
     output:
         **writes("field"),
     params:
         **runs("field"),
+        library=library("stage.py", "field"),
     log:
         "results/logs/field/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -58,11 +58,11 @@ rule spectrum:
     """The X-ray spectrum of the tube, with its half-value layer and air kerma per mAs."""
     input:
         unpack(reads("spectrum")),
-        library=code("spectrum"),
     output:
         **writes("spectrum"),
     params:
         **runs("spectrum"),
+        library=library("stage.py", "spectrum"),
     log:
         "results/logs/spectrum{also}.log",
     benchmark:
@@ -75,13 +75,12 @@ rule spectrum:
 
 rule beams:
     """The study's beam beside every usual target and filter: half-value layers, air kerma, spectra."""
-    input:
-        library=library("beams.py"),
     output:
         quality="results/study/beams.csv",
         spectra="results/study/spectra.csv",
     params:
         tube={key: XRAY[key] for key in TUBE},
+        library=library("beams.py"),
     log:
         "results/logs/beams.log",
     benchmark:
@@ -96,11 +95,11 @@ rule dose:
     """Glandular dose of one compressed breast by photon Monte Carlo, with its standard error."""
     input:
         unpack(reads("dose")),
-        library=code("dose"),
     output:
         **writes("dose"),
     params:
         **runs("dose"),
+        library=library("stage.py", "dose"),
     log:
         "results/logs/dose/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -115,11 +114,11 @@ rule scatter:
     """Scatter of one compressed breast on the detector, to the asked error per cell behind it."""
     input:
         unpack(reads("scatter")),
-        library=code("scatter"),
     output:
         **writes("scatter"),
     params:
         **runs("scatter"),
+        library=library("stage.py", "scatter"),
     log:
         "results/logs/scatter/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -134,11 +133,11 @@ rule mammogram:
     """The X-ray image with quantum noise, with and without the lesion, and the lesion's contrast-to-noise ratio."""
     input:
         unpack(reads("mammogram")),
-        library=code("mammogram"),
     output:
         **writes("mammogram"),
     params:
         **runs("mammogram"),
+        library=library("stage.py", "mammogram"),
     log:
         "results/logs/mammogram/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -153,11 +152,11 @@ rule image_row:
     """What one mammogram shows beside the dose that it takes."""
     input:
         unpack(reads("image_row")),
-        library=code("image_row"),
     output:
         **writes("image_row"),
     params:
         **runs("image_row"),
+        library=library("stage.py", "image_row"),
     log:
         "results/logs/image_row/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -172,11 +171,11 @@ rule tomosynthesis:
     """Views over the arc of a system with noise and scatter, and slices of them by two reconstructions."""
     input:
         unpack(reads("slices", "depth")),
-        library=code("slices", "depth"),
     output:
         **writes("slices", "depth"),
     params:
         **runs("slices", "depth"),
+        library=library("stage.py", "slices", "depth"),
     log:
         "results/logs/tomosynthesis/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -191,11 +190,11 @@ rule dose_routes:
     """Dose of one breast by Monte Carlo, and of its standard breast by Monte Carlo and by Dance's factors."""
     input:
         unpack(reads("dose_routes")),
-        library=code("dose_routes"),
     output:
         **writes("dose_routes"),
     params:
         **runs("dose_routes"),
+        library=library("stage.py", "dose_routes"),
     log:
         "results/logs/dose_routes/{v}_{side}_{strategy}_{moduli}{also}.log",
     benchmark:
@@ -211,13 +210,13 @@ rule dose_standard:
     input:
         spectrum="results/xray/spectrum.csv",
         facts="results/xray/spectrum.json",
-        library=library("dose_standard.py"),
     output:
         rows="results/study/dose_standard.csv",
     params:
         dose_error_percent=XRAY["dose_error_percent"],
         combination=f"{XRAY['anode']}/{XRAY['filter']}",
         seed=config["seed"],
+        library=library("dose_standard.py"),
     log:
         "results/logs/dose_standard.log",
     benchmark:
@@ -230,13 +229,12 @@ rule dose_standard:
 
 rule report195:
     """The photon transport beside AAPM report 195, case 3: tissue and seven regions, two beams."""
-    input:
-        library=library("report195.py"),
     output:
         "results/study/report195.csv",
     params:
         settings=XRAY["report195"],
         seed=config["seed"],
+        library=library("report195.py"),
     log:
         "results/logs/report195.log",
     benchmark:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import _log
 
@@ -40,6 +41,11 @@ def run(snakemake) -> Iterator[dict[str, str]]:
             sys.stderr.write(f"\nmissing, and the other jobs go on: {reason}\n\n")
         for path in snakemake.output:
             write_in_place(path, reason, job)
+
+
+def settings(snakemake) -> dict[str, Any]:
+    """What a rule gives its script, without the digests of the code that it depends on."""
+    return {name: value for name, value in snakemake.params.items() if name not in ("library", "solver")}
 
 
 def write_in_place(path: str, reason: str, job: dict[str, str]) -> None:

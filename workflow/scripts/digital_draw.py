@@ -4,6 +4,7 @@ import logging
 import sys
 
 import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.settings import read
@@ -41,7 +42,7 @@ def main(files: dict[str, str], volunteer: str, settings: dict, gravities: dict)
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    settings, volunteer = dict(snakemake.params.items()), snakemake.wildcards.w
+    settings, volunteer = _stage.settings(snakemake), snakemake.wildcards.w
     moving = settings["moving"] | {"stream": (settings["stream"][0], volunteer)}
     main(
         dict(snakemake.output.items()),

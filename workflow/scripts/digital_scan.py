@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import _log
+import _stage
 
 from mammosim.core.settings import read
 from mammosim.digital.anatomy import make_anatomy
@@ -46,7 +47,7 @@ if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     main(
         dict(snakemake.input.items()) | dict(snakemake.output.items()),
-        dict(snakemake.params.items()),
+        _stage.settings(snakemake),
         snakemake.wildcards.w,
         snakemake.wildcards.p,
     )

@@ -19,6 +19,6 @@ if __name__ == "__main__":
     with _stage.run(snakemake):
         main(
             dict(snakemake.input.items()) | dict(snakemake.output.items()),
-            dict(snakemake.params.items()),
+            _stage.settings(snakemake),
             snakemake.params.seed,
         )

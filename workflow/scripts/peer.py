@@ -1,6 +1,7 @@
 """One program, one mesh, one case: run by its own Python on one thread, within a limit of processor time."""
 
 import _log
+import _stage
 import numpy as np
 import pandas as pd
 
@@ -32,4 +33,4 @@ if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     names = snakemake.wildcards
     job = {"case": names.case, "edge_mm": float(names.edge), "program": names.program}
-    main(dict(snakemake.input.items()), job, **snakemake.params, out=snakemake.output[0])
+    main(dict(snakemake.input.items()), job, **_stage.settings(snakemake), out=snakemake.output[0])

@@ -3,6 +3,7 @@
 import sys
 
 import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.settings import read
@@ -30,4 +31,4 @@ def main(
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(snakemake.input.rows, **snakemake.params, out=dict(snakemake.output.items()))
+    main(snakemake.input.rows, **_stage.settings(snakemake), out=dict(snakemake.output.items()))

@@ -1,6 +1,7 @@
 """An X-ray task as every program reads it."""
 
 import _log
+import _stage
 
 from mammosim.io.programs import write_problem
 from mammosim.study.peers.xray import task_of
@@ -14,4 +15,4 @@ def main(kind: str, values: dict, out: dict[str, str]) -> None:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(**snakemake.params, out=dict(snakemake.output.items()))
+    main(**_stage.settings(snakemake), out=dict(snakemake.output.items()))

@@ -18,7 +18,7 @@ if __name__ == "__main__":
         main(
             snakemake.params.function,
             dict(snakemake.input.items()),
-            dict(snakemake.params.items()),
+            _stage.settings(snakemake),
             dict(snakemake.wildcards.items()),
             snakemake.output[0],
         )

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
@@ -63,5 +64,5 @@ def screened(scene: str, path: str) -> pd.DataFrame | None:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    settings = dict(snakemake.params.items())
+    settings = _stage.settings(snakemake)
     main(dict(snakemake.input.items()), settings, settings.pop("scenes"), snakemake.output[0])

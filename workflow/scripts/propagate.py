@@ -45,5 +45,5 @@ if __name__ == "__main__":
         main(
             dict(snakemake.input.items()) | dict(snakemake.output.items()),
             snakemake.wildcards.v,
-            dict(snakemake.params.items()),
+            _stage.settings(snakemake),
         )

@@ -29,6 +29,6 @@ if __name__ == "__main__":
         main(
             dict(snakemake.input.items()),
             {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
-            dict(snakemake.params.items()),
+            _stage.settings(snakemake),
             snakemake.output[0],
         )

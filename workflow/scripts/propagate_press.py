@@ -35,5 +35,5 @@ if __name__ == "__main__":
         main(
             dict(snakemake.input.items()) | dict(snakemake.output.items()),
             job,
-            dict(snakemake.params.items()),
+            _stage.settings(snakemake),
         )

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 
 import _log
+import _stage
 
 from mammosim.chain.files import chain_of
 from mammosim.core.settings import read
@@ -27,6 +28,6 @@ if __name__ == "__main__":
     main(
         dict(snakemake.input.items()),
         dict(snakemake.wildcards.items()),
-        dict(snakemake.params.items()),
+        _stage.settings(snakemake),
         snakemake.output[0],
     )

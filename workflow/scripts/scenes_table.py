@@ -4,6 +4,7 @@ import logging
 import sys
 
 import _log
+import _stage
 import pandas as pd
 
 from mammosim.core.settings import read
@@ -54,4 +55,4 @@ def together(paths: list[str], columns: list[str]) -> pd.DataFrame:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), dict(snakemake.params.items()), dict(snakemake.output.items()))
+    main(dict(snakemake.input.items()), _stage.settings(snakemake), dict(snakemake.output.items()))

@@ -3,6 +3,7 @@
 import time
 
 import _log
+import _stage
 import pandas as pd
 
 from mammosim.chain.files import chain_of
@@ -30,4 +31,4 @@ def main(files: dict, settings: dict, out: dict) -> None:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    main(dict(snakemake.input.items()), dict(snakemake.params.items()), dict(snakemake.output.items()))
+    main(dict(snakemake.input.items()), _stage.settings(snakemake), dict(snakemake.output.items()))

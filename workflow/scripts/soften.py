@@ -1,6 +1,7 @@
 """One breast with its fitted moduli, and with softer and stiffer ones."""
 
 import _log
+import _stage
 
 from mammosim.chain.files import chain_of
 from mammosim.core.settings import read
@@ -26,6 +27,6 @@ if __name__ == "__main__":
     main(
         dict(snakemake.input.items()),
         {"volunteer": snakemake.wildcards.v, "side": snakemake.wildcards.side},
-        dict(snakemake.params.items()),
+        _stage.settings(snakemake),
         snakemake.output[0],
     )

@@ -47,5 +47,5 @@ if __name__ == "__main__":
                 "position": snakemake.wildcards.p,
                 "fitted": snakemake.params.fitted,
             },
-            dict(snakemake.params.items()),
+            _stage.settings(snakemake),
         )

@@ -1,8 +1,11 @@
 """What a file imports is found without parsing it: in the whole package the same as by the parser."""
 
 import ast
+import shutil
 
-from mammosim.study.jobs.code import imported, tables, templates
+import pytest
+
+from mammosim.study.jobs.code import Sources, imported, tables, templates
 
 
 def parsed(text):
@@ -32,3 +35,38 @@ def test_several_lines_names_and_comments():
 def test_tables_and_templates_are_found_by_the_names_that_are_read():
     assert tables("tabulated(\n    'dance_c')") == ["dance_c"]
     assert templates('template("page.html.j2")') == ["page.html.j2"]
+
+
+@pytest.fixture
+def sources(tmp_path):
+    """A package of four files: a imports b, b reads a table; nobody needs c, and the index is left out."""
+    package = tmp_path / "here/src/mammosim"
+    (package / "io/data").mkdir(parents=True)
+    (package / "a.py").write_text("from mammosim import b, index\n")
+    (package / "b.py").write_text("VALUES = tabulated('values')\n")
+    (package / "c.py").write_text("")
+    (package / "index.py").write_text("")
+    (package / "io/data/values.csv").write_text("1\n")
+    return Sources(package.parent, frozenset({package / "index.py"}))
+
+
+def test_the_digest_changes_with_every_file_that_is_needed_and_with_no_other(sources):
+    package = sources.package
+
+    def digest():
+        return Sources(sources.src, sources.left_out).digest([package / "a.py"])
+
+    before = digest()
+    for name, needed in {"a.py": 1, "b.py": 1, "io/data/values.csv": 1, "c.py": 0, "index.py": 0}.items():
+        text = (package / name).read_text()
+        (package / name).write_text(text + "# edited\n")
+        assert (digest() != before) == bool(needed), name
+        (package / name).write_text(text)
+    assert digest() == before
+
+
+def test_the_digest_is_the_same_wherever_the_package_lies(sources, tmp_path):
+    before = sources.digest([sources.package / "a.py"])
+    moved = shutil.move(tmp_path / "here", tmp_path / "there")
+    there = Sources(moved / "src", frozenset({moved / "src/mammosim/index.py"}))
+    assert there.digest([there.package / "a.py"]) == before
