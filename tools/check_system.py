@@ -19,7 +19,7 @@ DEBIAN_PACKAGE = {
 
 def python_problem() -> str | None:
     """What keeps this Python from building the environment."""
-    if sys.version_info < (3, 11):  # noqa: UP036, this very check is what refuses an older one
+    if sys.version_info < (3, 11):  # noqa: UP036, this very check is what rejects an older one
         found = ".".join(map(str, sys.version_info[:3]))
         return f"Python {found} is too old: 3.11 or newer is needed; say which with `make PYTHON=python3.12`"
     if importlib.util.find_spec("ensurepip") is None:

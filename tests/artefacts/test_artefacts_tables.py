@@ -13,8 +13,6 @@ DIGITS = 1e-3  # tables carry five digits; sums and quotients of three of them h
 
 EMPTY = {
     ("effects", "change_added"): "no effect had to be added back",
-    ("recovery_draws", "refused"): "no sampled patient had to be drawn again",
-    ("recovery_draws", "rejected"): "no sampled patient had to be drawn again",
     ("scenes", "numerical_error"): "the screening accuracy has no error budget",
 }
 WITHOUT_ROWS = {

@@ -1,4 +1,4 @@
-"""One made volunteer from her draw to the page of the moduli that were found again."""
+"""One sampled patient from her draw to the page of the moduli that were found again."""
 
 import pandas as pd
 import pytest
@@ -38,7 +38,7 @@ def test_the_page_stands_alone_and_the_report_shows_it(recovered):
     assert "results/study/recovery.csv" in jobs["report: results/study/report.html"]
 
 
-def test_a_misprint_is_refused_with_what_was_meant(study, tmp_path):
+def test_a_misprint_is_rejected_with_what_was_meant(study, tmp_path):
     text = (study.home / "config/recovery_smoke.yaml").read_text().replace("skin_kpa", "skin_pa")
     (tmp_path / "wrong.yaml").write_text(text)
     (tmp_path / "extra.yaml").write_text(f"recovery: {tmp_path / 'wrong.yaml'}\n")

@@ -1,4 +1,4 @@
-"""Inputs that cannot be used are refused in one clear message, and what earlier runs made stays."""
+"""Inputs that cannot be used are rejected in one clear message, and what earlier runs made stays."""
 
 import shutil
 from dataclasses import replace
@@ -50,19 +50,19 @@ def test_a_missing_slice_is_found(changed, series):
     assert "missing" in message
 
 
-def test_mixed_series_are_refused(changed, series, finished):
+def test_mixed_series_are_rejected(changed, series, finished):
     other = sorted((finished.run / "results/raw/small/supine").glob("*.dcm"))[0]
     shutil.copy(other, series / "other.dcm")
     assert "mixes 2 series" in changed(IMAGE, images=str(series))
 
 
-def test_a_series_of_another_position_is_refused(changed, finished):
+def test_a_series_of_another_position_is_rejected(changed, finished):
     supine = finished.run / "results/raw/small/supine"
     message = changed(IMAGE, images=str(supine))
     assert "position 'prone' contradicts the PatientPosition tag 'HFS'" in message
 
 
-def test_gravity_that_contradicts_the_position_is_refused(changed):
+def test_gravity_that_contradicts_the_position_is_rejected(changed):
     assert "contradicts 'prone'" in changed(IMAGE, gravity="0 1 0")
 
 

@@ -2,7 +2,7 @@
 
 
 def known_strategies(names, scenes, asked_by="the configuration"):
-    """The strategies of that file by name, in the order asked for; refused when one is not there."""
+    """The strategies of that file by name, in the order asked for; rejected when one is not there."""
     absent = [name for name in names if name not in scenes]
     if absent:
         raise WorkflowError(

@@ -1,4 +1,4 @@
-# Digital volunteers: made women, scanned in each position. Their truth stays in results/truth.
+# Digital volunteers: virtual patients, scanned in each position. Their truth stays in results/truth.
 # A woman's parameters are written once, whether they are configured or drawn; everything else follows from them.
 DIGITAL_TISSUES = tissue_table(config["digital"]["tissues"])
 MOVING = {"largest_deg": config["digital"]["rotation_deg"], "largest_mm": config["digital"]["translation_mm"]}

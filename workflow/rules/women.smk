@@ -25,7 +25,7 @@ def volunteer_table(file):
     listed = read_plain(home(file))
     given = [row for row in listed if row["volunteer"] in config["volunteers"]]
     made = [w for w in DIGITAL if w not in {row["volunteer"] for row in given}]
-    rows = [*given, *(digital_row(w, p) for w in made for p in lying(w))]
+    rows = [*given, *(digital_row(w, p) for w in made for p in scanned_positions(w))]
     try:
         configuration.check_listed(listed, [v for v in config["volunteers"] if v not in made], file=file)
         configuration.check_volunteers(rows, file=file)
@@ -37,7 +37,7 @@ def volunteer_table(file):
     }
 
 
-def lying(woman):
+def scanned_positions(woman):
     """The positions that a digital woman is scanned in."""
     return RECOVERY["positions"] if woman in MADE else ["prone", "supine", "supine_tilted"]
 

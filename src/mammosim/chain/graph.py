@@ -102,13 +102,13 @@ class Made:
     """A product that was made, or why it was not, and the processor time in s that it took by itself."""
 
     value: Any
-    refusal: MammosimError | None
+    failure: MammosimError | None
     seconds: float
 
     def required(self) -> Any:
-        """The value. Raises the refusal where there is none."""
-        if self.refusal is not None:
-            raise self.refusal
+        """The value. Raises the failure where there is none."""
+        if self.failure is not None:
+            raise self.failure
         return self.value
 
 
@@ -210,15 +210,15 @@ class Chain:
         if key not in self.made:
             stage, read = self.stages[name], key in self.files
             stage.ready()
-            began, value, refusal = time.process_time(), None, None
+            began, value, failure = time.process_time(), None, None
             inputs = Inputs(self, stage)
             try:
                 value = stage.load(self.files[key]) if read else stage.make(inputs)
             except MammosimError as error:
-                refusal = error
+                failure = error
             seconds = 0.0 if read else time.process_time() - began - sum(inputs.waited)
-            self.made[key] = Made(value, refusal, seconds)
-            log.info("%s: %.2f s%s", name, seconds, f", {refusal}" if refusal else "")
+            self.made[key] = Made(value, failure, seconds)
+            log.info("%s: %.2f s%s", name, seconds, f", {failure}" if failure else "")
         return self.made[key]
 
 

@@ -13,7 +13,7 @@ LARGEST_ANGLE_DEG = 60.0
 SMALLEST_CUT_MM2 = 50.0
 FINEST_MM = 1.0
 # Third letter of the PatientPosition tag: prone or supine on the table (DICOM PS3.3 C.7.3.1.1.2).
-LYING = {"prone": "P", "supine": "S", "supine_tilted": "S"}
+THIRD_LETTER = {"prone": "P", "supine": "S", "supine_tilted": "S"}
 
 
 def image_quality(image: Image, *, position: str) -> dict[str, str | float]:
@@ -71,11 +71,11 @@ def _require_gravity(position: str, gravity: np.ndarray) -> None:
 
 
 def _require_tag(position: str, patient_position: str | None) -> None:
-    lying = LYING.get(position)
-    if patient_position and lying and lying != patient_position.strip().upper()[2:3]:
+    letter = THIRD_LETTER.get(position)
+    if patient_position and letter and letter != patient_position.strip().upper()[2:3]:
         raise ImageError(
             f"position {position!r} contradicts the PatientPosition tag {patient_position!r}; its third "
-            f"letter must be {lying!r}: give the series of this position, or correct the position"
+            f"letter must be {letter!r}: give the series of this position, or correct the position"
         )
 
 

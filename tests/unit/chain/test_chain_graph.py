@@ -16,8 +16,8 @@ def _counted(name, value):
     return make
 
 
-def _refuses(inputs):
-    COUNT.append("refuses")
+def _fails(inputs):
+    COUNT.append("fails")
     raise MechanicsError("it slides away")
 
 
@@ -27,8 +27,8 @@ STAGES = {
         _counted("force", lambda i: i["length"] * (2 if i.has("stiff") else 1)), ("length",), (), ("stiff",)
     ),
     "light": Stage(_counted("light", lambda i: i.has("noise")), effects=("noise",)),
-    "refuses": Stage(_refuses),
-    "behind": Stage(lambda i: i["refuses"], ("refuses",)),
+    "fails": Stage(_fails),
+    "behind": Stage(lambda i: i["fails"], ("fails",)),
     "curious": Stage(lambda i: i["light"]),
     "prying": Stage(lambda i: i.setting("size.mm")),
     "sneaking": Stage(lambda i: i.has("stiff")),
@@ -65,11 +65,11 @@ def test_what_was_made_before_is_taken_as_given_and_costs_nothing(chain):
     assert COUNT == ["force"]
 
 
-def test_a_refusal_is_remembered_and_raised_again_also_behind_it(chain):
-    for name in ("behind", "refuses", "behind"):
+def test_a_failure_is_remembered_and_raised_again_also_behind_it(chain):
+    for name in ("behind", "fails", "behind"):
         with pytest.raises(MechanicsError, match="slides away"):
             chain[name]
-    assert COUNT == ["refuses"]
+    assert COUNT == ["fails"]
 
 
 @pytest.mark.parametrize("name", ["curious", "prying", "sneaking"])

@@ -1,4 +1,4 @@
-"""A mesh as plain arrays comes back as it was, or the file is refused."""
+"""A mesh as plain arrays comes back as it was, or the file is rejected."""
 
 from dataclasses import replace
 

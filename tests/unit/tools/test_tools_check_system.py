@@ -24,7 +24,7 @@ def test_a_missing_library_is_named_with_its_package(check_system, monkeypatch):
     assert check_system.library_problem().endswith("apt-get install libglu1-mesa")
 
 
-def test_an_old_python_is_refused(check_system, monkeypatch):
+def test_an_old_python_is_rejected(check_system, monkeypatch):
     monkeypatch.setattr(sys, "version_info", (3, 10, 2))
     assert "Python 3.10.2 is too old: 3.11 or newer is needed" in check_system.python_problem()
 

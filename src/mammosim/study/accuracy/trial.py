@@ -191,7 +191,7 @@ def write_start(chain: Chain, folder: str | Path) -> None:
     Path(folder).mkdir(parents=True, exist_ok=True)
     for name in KEPT:
         made = chain.made.get(chain.key(name)) if name in chain.stages else None
-        if made is not None and made.refusal is None:
+        if made is not None and made.failure is None:
             chain.stages[name].save(made.value, _paths(folder, name, beside=True), {})
 
 
