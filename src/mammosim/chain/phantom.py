@@ -13,12 +13,16 @@ from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.mesh import EDGES, SUBTETRAHEDRA, SUBTRIANGLES, TetMesh
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Grid, LabelMap, grid_around
+from mammosim.mechanics.reference import (
+    TETRAHEDRON,
+    TETRAHEDRON_POINTS,
+    shape_functions,
+    shape_gradients,
+)
 from mammosim.meshing.raster import rasterise
 
 # Barycentric coordinates (10, 4) of the nodes of a quadratic tetrahedron.
 NODES = np.vstack([np.eye(4), [(np.eye(4)[a] + np.eye(4)[b]) / 2 for a, b in EDGES]])
-# The 4-point rule of degree 2 (Hammer & Stroud 1956), barycentric; all weights 1/4.
-FOUR_POINTS = np.full((4, 4), (5 - np.sqrt(5)) / 20) + np.eye(4) * np.sqrt(5) / 5
 
 
 @dataclass(frozen=True)
@@ -43,24 +47,14 @@ def material_volume(mesh: TetMesh, reference: np.ndarray) -> MaterialVolume:
     sum of dv over a part of the body is the integral of J dV.
     """
     parts = NODES[np.array(SUBTETRAHEDRA)]
-    L = np.einsum("qv,svd->sqd", FOUR_POINTS, parts).reshape(-1, 4)
-    N, dN = _shape_functions(L)
+    L = np.einsum("qv,svd->sqd", TETRAHEDRON_POINTS, parts).reshape(-1, 4)
+    N, dN = shape_functions(L, TETRAHEDRON), shape_gradients(L, TETRAHEDRON)
     weight = 1 / 6 / len(L)
     dV, dv = (
         weight * np.linalg.det(np.einsum("cad,qae->cqde", shape[mesh.cells], dN)).ravel()
         for shape in (reference, mesh.points)
     )
     return MaterialVolume(np.repeat(np.arange(len(mesh.cells)), len(L)), N, dV, dv)
-
-
-def _shape_functions(L: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """N (q, 10) and dN/dxi (q, 10, 3) at barycentric coordinates L (q, 4): xi = L[1:]."""
-    a, b = np.array(EDGES).T
-    N = np.hstack([L * (2 * L - 1), 4 * L[:, a] * L[:, b]])
-    dL = np.vstack([-np.ones(3), np.eye(3)])
-    corners = (4 * L - 1)[:, :, None] * dL
-    edges = 4 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a])
-    return N, np.concatenate([corners, edges], axis=1)
 
 
 # ASSUME: under the skin, voxels segmented as skin are fat: the segmented skin is one image voxel thick.

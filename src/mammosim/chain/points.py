@@ -6,6 +6,7 @@ import numpy as np
 
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import SUBTRIANGLES, TetMesh
+from mammosim.mechanics.reference import TRIANGLE, shape_functions, shape_gradients
 from mammosim.meshing.distance import NearestOnTriangles
 
 # Barycentric coordinates (6, 3) of the nodes of a quadratic triangle.
@@ -40,7 +41,7 @@ class MaterialPoints:
         nearest, triangle = NearestOnTriangles(corners)(points)
         L = np.einsum("nc,ncd->nd", _barycentric(nearest, corners[triangle]), NODES[PIECES[triangle % 4]])
         offset = np.linalg.norm(nearest - points, axis=1)
-        return cls(triangle // 4, faces[triangle // 4], shape_functions(L), offset)
+        return cls(triangle // 4, faces[triangle // 4], shape_functions(L, TRIANGLE), offset)
 
     def carry(self, points: np.ndarray) -> np.ndarray:
         """Where they are, (n, 3), when the nodes of the mesh are at points (n_node, 3): x = sum_a N_a x_a."""
@@ -50,9 +51,7 @@ class MaterialPoints:
     def normals(self, points: np.ndarray) -> np.ndarray:
         """Unit normals (n, 3) of their faces there, outward, when the nodes are at points (n_node, 3)."""
         L = self.weights @ NODES  # shape functions reproduce linear fields
-        slopes = shape_slopes(L)
-        x = points[self.nodes]
-        along, across = (np.einsum("na,nad->nd", slopes[:, k] - slopes[:, 0], x) for k in (1, 2))
+        along, across = np.einsum("nak,nad->knd", shape_gradients(L, TRIANGLE), points[self.nodes])
         normal = np.cross(along, across)
         found: np.ndarray = normal / np.linalg.norm(normal, axis=1, keepdims=True)
         return found
@@ -65,24 +64,6 @@ class MaterialPoints:
         h = np.einsum("nd,nd->n", given - self.carry(points), self.normals(points))
         found: np.ndarray = self.carry(new) + h[:, None] * self.normals(new)
         return found
-
-
-def shape_slopes(L: np.ndarray) -> np.ndarray:
-    """dN_a / dL_k (n, 3, 6) of shape_functions at L (n, 3), its three coordinates taken as independent."""
-    slopes = np.zeros((len(L), 3, 6))
-    for k in range(3):
-        after = (k + 1) % 3
-        slopes[:, k, k] = 4 * L[:, k] - 1
-        slopes[:, k, 3 + k] = 4 * L[:, after]
-        slopes[:, after, 3 + k] = 4 * L[:, k]
-    return slopes
-
-
-def shape_functions(L: np.ndarray) -> np.ndarray:
-    """N (n, 6) of the quadratic triangle at barycentric coordinates L (n, 3), nodes in VTK order."""
-    corners = L * (2 * L - 1)
-    edges = 4 * L * np.roll(L, -1, axis=1)
-    return np.hstack([corners, edges])
 
 
 def _barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
