@@ -1,5 +1,6 @@
 """What all tests share: where the repository is, and where real images are, if anywhere."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +10,23 @@ from whole_study import finished, study  # noqa: F401  (fixtures)
 from xdist.scheduler import LoadFileScheduling
 
 REPOSITORY = Path(__file__).parents[1]
-WORKFLOW = ("tests/workflow/", "tests/artefacts/")  # what shares one run of the whole chain
+RUN_ONCE = "finished"  # the fixture that runs the whole chain
+WORKFLOW, ARTEFACTS = "tests/workflow/", "tests/artefacts/"
+
+
+@cache
+def needs_the_run(file: str) -> bool:
+    """Whether a file of tests uses the one run of the whole chain."""
+    return file.startswith(ARTEFACTS) or (
+        file.startswith(WORKFLOW) and RUN_ONCE in (REPOSITORY / file).read_text()
+    )
 
 
 class OneForTheWorkflow(LoadFileScheduling):
-    """Of several processes one runs the whole workflow, which they share; else each takes file by file."""
+    """Of several processes one runs the whole chain, for all tests of it; else each takes file by file."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return WORKFLOW[0] if nodeid.startswith(WORKFLOW) else super()._split_scope(nodeid)
+        return RUN_ONCE if needs_the_run(nodeid.split("::")[0]) else super()._split_scope(nodeid)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneForTheWorkflow:
@@ -25,9 +35,9 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneForTheWor
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Among several processes, the workflow begins, since it takes longest."""
+    """Among several processes, the run of the whole chain begins, since it takes longest."""
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: item.nodeid.startswith(WORKFLOW), reverse=True)
+        items.sort(key=lambda item: needs_the_run(item.nodeid.split("::")[0]), reverse=True)
 
 
 @pytest.fixture(scope="session")

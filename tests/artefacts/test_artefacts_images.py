@@ -4,7 +4,6 @@ import json
 
 import matplotlib.image
 import numpy as np
-import pandas as pd
 import pytest
 import SimpleITK as sitk
 
@@ -70,12 +69,3 @@ def test_the_numbers_of_the_report_are_numbers(results):
     floats = [value for value in numbers.values() if isinstance(value, float)]
     assert floats
     assert np.isfinite(floats).all()
-
-
-def test_every_variant_has_its_folder_and_somebody_who_asks(results):
-    variants = pd.read_csv(results / "variants.tsv", sep="\t")
-    assert not variants.files.duplicated().any()
-    assert variants.asked_by.str.len().gt(0).all()
-    for file in variants.files:
-        stem = results.parent / file
-        assert list(stem.parent.glob(f"{stem.name}*")), file

@@ -59,7 +59,7 @@ def test_another_value_is_one_more_trial(tried, tmp_path):
     ("right", "wrong", "words"),
     [
         ("xray.energies", "xray.energys", "no setting 'xray.energys'; known beside it: "),
-        ("[agd_percent, mas_percent]", "[agd]", "'agd': choose one of: ['nipple_mm'"),
+        ("[agd_percent, mas_percent]", "[agd]", "'agd': must be one of: nipple_mm"),
     ],
 )
 def test_a_parameter_that_cannot_be_meant_is_rejected_by_name(study, tmp_path, right, wrong, words):

@@ -37,7 +37,7 @@ def test_a_misspelt_program_is_rejected(study, tmp_path):
     smoke = study.home / "config/smoke.yaml"
     message = study.snakemake("--dry-run", "--configfile", str(smoke), str(tmp_path / "extra.yaml"))
     assert message.returncode != 0
-    assert "choose one of" in message.stdout
+    assert "did you mean 'felupe'?" in message.stdout
 
 
 COMMAND = """

@@ -57,6 +57,7 @@ MADE = {
 
 def test_a_question_about_exposure_runs_no_monte_carlo_and_one_about_a_position_presses_nothing(answered):
     table = pd.read_csv(answered.run / "results/variants.tsv", sep="\t").set_index("files").asked_by
+    assert all(list((answered.run / file).parent.glob(f"{Path(file).name}*")) for file in table.index)
     made = {
         stem: {path.name.removeprefix(f"{Path(stem).name}_") for path in named(answered, stem)}
         for stem in table.index

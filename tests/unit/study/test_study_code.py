@@ -65,6 +65,12 @@ def test_the_digest_changes_with_every_file_that_is_needed_and_with_no_other(sou
     assert digest() == before
 
 
+def test_the_digest_does_not_depend_on_the_order_of_the_files(sources):
+    """Sets of files have another order in every process."""
+    files = [sources.package / name for name in ("a.py", "c.py", "b.py")]
+    assert sources.digest(files) == sources.digest(reversed(files))
+
+
 def test_the_digest_is_the_same_wherever_the_package_lies(sources, tmp_path):
     before = sources.digest([sources.package / "a.py"])
     moved = shutil.move(tmp_path / "here", tmp_path / "there")

@@ -34,8 +34,8 @@ class Sources:
 
     def digest(self, files: Iterable[Path]) -> str:
         """16 hex digits of the content of these files and of all that they depend on, wherever they lie."""
-        files, found = list(files), sha256()
-        for path in (*files, *self.dependencies(files)):
+        files, found = set(files), sha256()
+        for path in sorted(files | set(self.dependencies(files))):
             found.update(path.name.encode() + self.read(path)[1])
         return found.hexdigest()[:16]
 
