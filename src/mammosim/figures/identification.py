@@ -63,7 +63,7 @@ def _draw_map(figure: Figure, ax: Axes, grid: pd.DataFrame) -> None:
 def _draw_way(ax: Axes, history: pd.DataFrame) -> None:
     ax.semilogy(history.iteration, history.skin_rms_mm, "o-", color=BLUE, label="skin")
     ax.semilogy(history.iteration, history.marker_rms_mm, "s-", color=VERMILION, label="markers")
-    ax.set(title="iterations of the fit: residuals, rms (mm)", xlabel="iteration")
+    ax.set(title="iterations of the fit", xlabel="iteration", ylabel="residual, rms (mm)")
     ax.set_xticks(history.iteration)
     ax.legend()
 

@@ -82,7 +82,7 @@ def mesh_with_tissues(mesh: TetMesh, *, cut_x_mm: float, nipples: np.ndarray | N
     axes[0].set_title("skin")
     kept = mesh.points[mesh.cells[:, :4]].mean(axis=1)[:, 0] <= cut_x_mm
     draw_solids(axes[1], (cut_solid(mesh, kept),), Camera.at(52, 20))
-    axes[1].set_title(f"elements and tissues, cut at x = {cut_x_mm:.0f} mm")
+    axes[1].set_title(f"tissues, cut at x = {cut_x_mm:.0f} mm")
     present = [Label(v) for v in np.unique(mesh.tissue)]
     handles = [
         Line2D([], [], marker="s", ls="", ms=8, color=TISSUE_COLOURS[label], label=label.tissue)
