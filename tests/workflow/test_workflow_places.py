@@ -24,7 +24,7 @@ def test_blanks_and_umlauts_in_every_path(study, tmp_path):
 
 
 def test_a_moved_checkout_and_its_results_are_up_to_date(finished, tmp_path):
-    there = replace(finished, home=tmp_path / "another home", run=tmp_path / "another run")
+    there = replace(finished, home=tmp_path / "home", run=tmp_path / "run")
     shutil.copytree(finished.home, there.home)
     shutil.copytree(finished.run, there.run, symlinks=True)
     assert "Nothing to be done" in there.snakemake("--dry-run").stdout

@@ -1,4 +1,5 @@
 # What every .smk file shares: where things are, and how settings are read and checked.
+import os
 import runpy
 import shlex
 import sys
@@ -16,6 +17,7 @@ PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
 sys.executable = shlex.quote(PYTHON)
 HOME = Path(workflow.basedir)
+HERE = Path(os.path.relpath(HOME))  # as an input is recorded: the same when all of it is moved
 PACKAGE = HOME / "src" / "mammosim"
 SCRIPTS = HOME / "workflow" / "scripts"
 read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
@@ -23,7 +25,7 @@ read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
 
 def home(path):
     """A path of the study: as written where it exists, else beside the Snakefile."""
-    return path if Path(path).exists() else str(HOME / path)
+    return path if Path(path).exists() else str(HERE / path)
 
 
 def read_yaml(path):

@@ -14,7 +14,7 @@ def page(target):
 
 def page_text(target):
     """The file that says what stands on a page."""
-    return str(HOME / "workflow" / "report" / f"{target}.yaml")
+    return str(HERE / "workflow" / "report" / f"{target}.yaml")
 
 
 def made_pages(wildcards):

@@ -31,8 +31,8 @@ rule peer:
     input:
         mesh=lambda wildcards: peers_mesh_of(wildcards.case, wildcards.edge),
         coarse=lambda wildcards: peers_mesh_of(wildcards.case, f"{PEERS['warm_up_edge_mm']:g}"),
-        adapter=lambda wildcards: str(SCRIPTS / "peers" / PROGRAMS[wildcards.program][1]),
-        shared=str(SCRIPTS / "peers" / "_adapter.py"),
+        adapter=lambda wildcards: str(HERE / "workflow" / "scripts" / "peers" / PROGRAMS[wildcards.program][1]),
+        shared=str(HERE / "workflow" / "scripts" / "peers" / "_adapter.py"),
     output:
         "results/peers/{case}/{edge}mm_{program}.csv",
     params:
@@ -124,8 +124,8 @@ rule peer_xray:
     input:
         problem="results/peers/xray/{task}.npz",
         small="results/peers/xray/{task}_small.npz",
-        adapter=lambda wildcards: str(SCRIPTS / "peers" / XRAY_PROGRAMS[wildcards.program][1]),
-        shared=str(SCRIPTS / "peers" / "_adapter.py"),
+        adapter=lambda wildcards: str(HERE / "workflow" / "scripts" / "peers" / XRAY_PROGRAMS[wildcards.program][1]),
+        shared=str(HERE / "workflow" / "scripts" / "peers" / "_adapter.py"),
     output:
         "results/peers/xray/{task}_by_{program}.csv",
     params:

@@ -5,7 +5,7 @@ import time
 rule plan:
     """Before a run: scenes and their effects, jobs, expected minutes and memory of every target."""
     input:
-        costs=str(HOME / "config/costs.tsv"),
+        costs=str(HERE / "config/costs.tsv"),
     output:
         "results/study/plan.csv",
     params:

@@ -74,7 +74,7 @@ rule not_planned:
 rule report:
     """One page with every figure and table: results/study/report.html."""
     input:
-        text=str(HOME / "workflow/report/sections.yaml"),
+        text=str(HERE / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
         tables=expand(
             "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
@@ -84,7 +84,7 @@ rule report:
         quality="results/checked/all.csv",
         numbers="results/study/numbers.json",
         provenance="results/study/provenance.json",
-        bibliography=str(HOME / "config/references.bib"),
+        bibliography=str(HERE / "config/references.bib"),
         page_texts=[page_text(target) for target in PAGES],
         pages=made_pages,
     output:

@@ -101,7 +101,7 @@ rule numbers:
 rule provenance:
     """What made the results: versions, configuration, assumptions."""
     input:
-        lock=str(HOME / "environment.lock"),
+        lock=str(HERE / "environment.lock"),
         sources=sorted(map(str, PACKAGE.rglob("*.py"))),
         numbers="results/study/numbers.json",
     output:
