@@ -102,7 +102,7 @@ rule provenance:
     """What made the results: versions, configuration, assumptions."""
     input:
         lock=str(HERE / "environment.lock"),
-        sources=sorted(map(str, PACKAGE.rglob("*.py"))),
+        sources=sorted(map(str, (HERE / "src" / "mammosim").rglob("*.py"))),
         numbers="results/study/numbers.json",
     output:
         "results/study/provenance.json",
