@@ -1,4 +1,5 @@
-# Two words for a fresh machine: `make study` regenerates every table and figure, `make test` checks everything.
+# On a fresh machine: `make study` regenerates every table and figure, `make smoke` runs the same chain in minutes,
+# `make test` checks everything.
 PYTHON ?= python3
 CORES ?= 2
 VENV := .venv
@@ -20,7 +21,7 @@ robust: $(VENV)/ready  ## before a release: the study as it is, on meshes of 11 
 machines: $(VENV)/ready  ## before a release: the tiny study as on processors without AVX-512, and without AVX (half an hour)
 	$(BIN)/pytest -m machines
 
-test: $(VENV)/ready  ## laws of physics, units, errors by their words, and the whole chain on the tiny configuration
+test: $(VENV)/ready  ## physical laws, units, error messages, and the whole chain on the smoke configuration
 	$(BIN)/pytest --numprocesses $(CORES) --no-loadscope-reorder
 
 lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow

@@ -2,7 +2,7 @@
 
     import mammosim as ms
 
-The names below are the door for users of the library; each is imported when it is first used. Units: mm, kPa,
+The names below are the public interface; each is imported when it is first used. Units: mm, kPa,
 mN, keV, mGy; frame: the patient's, LPS.
 """
 

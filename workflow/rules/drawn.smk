@@ -32,8 +32,8 @@ MODULI_HERE = {
     **{name: [tissue["youngs_modulus_kpa"]] * 2 for name, tissue in TISSUES["tissues"].items()},
     "skin": [TISSUES["skin"]["youngs_modulus_kpa"]] * 2,
 }
-# What a function is told besides.
-TOLD = {
+# Settings of a figure beside its files.
+FIGURE_OPTIONS = {
     "moduli": {"here": MODULI_HERE},
     "convergence": {"tolerance_mm": STRESS_FREE["tolerance_mm"]},
     **{f"accuracy_{quantity}": {"quantity": quantity} for quantity in ASKED},
@@ -48,7 +48,7 @@ rule figure:
         "results/study/figures/{figure}.png",
     params:
         function=lambda wildcards: DRAWN[wildcards.figure][0],
-        told=lambda wildcards: TOLD.get(wildcards.figure, {}),
+        told=lambda wildcards: FIGURE_OPTIONS.get(wildcards.figure, {}),
         library=drawn_by,
     wildcard_constraints:
         figure="|".join(DRAWN),
@@ -188,8 +188,8 @@ PICTURED = {
         },
     ),
 }
-# What a function is told besides.
-TOLD_TOO = {
+# Settings of a figure beside its files.
+MORE_OPTIONS = {
     "positions_{v}": {"gravity": lambda wildcards: {p: gravity(wildcards.v, p) for p in imaged(wildcards.v)}},
     "segmentation_{v}_{p}": {"behind_mm": XRAY["lesion"]["depth_mm"] / 2},
     "upright_{v}": {"skin_kpa": UPRIGHT["skin_kpa"]},
@@ -216,7 +216,7 @@ for figure, (function, shown) in PICTURED.items():
         params:
             function=function,
             library=pictured_by(function),
-            **TOLD_TOO.get(figure, {}),
+            **MORE_OPTIONS.get(figure, {}),
         log:
             f"results/logs/{named}/{figure}.log",
         benchmark:

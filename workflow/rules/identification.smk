@@ -30,7 +30,7 @@ rule identify:
 
 
 rule identify_grid:
-    """The search by hand as a grid: what is left of skin and markers for every pair of moduli."""
+    """Grid search: what is left of skin and markers for every pair of moduli."""
     input:
         unpack(pair_inputs),
     output:

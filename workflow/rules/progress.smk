@@ -5,7 +5,7 @@ import time
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from mammosim.study.jobs.last_words import Failure, last_words, told_briefly
+from mammosim.study.jobs.last_words import Failure, last_words, missing_in_brief
 from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded
 
 # What Snakemake says behind the last words, which say it, too.
@@ -133,5 +133,5 @@ onerror:
 onsuccess:
     gaps = Path("results/study/missing.csv")
     made_now = gaps.exists() and gaps.stat().st_mtime >= PROGRESS.start
-    if made_now and (lines := told_briefly([row["reason"] for row in read_plain(gaps)])):
+    if made_now and (lines := missing_in_brief([row["reason"] for row in read_plain(gaps)])):
         logger.warning(lines)

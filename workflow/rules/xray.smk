@@ -1,7 +1,7 @@
 # From the compressed breast to its X-ray image and dose.
 from snakemake.logging import logger
 
-from mammosim.study.jobs.foreseen import Study, Until, foreseen
+from mammosim.study.jobs.foreseen import Study, StrategyEnd, foreseen
 
 XRAY = config["xray"]
 GEOMETRY = {
@@ -10,7 +10,7 @@ GEOMETRY = {
 
 
 if workflow.is_main_process:
-    ends = {name: Until.of(strategy) for name, strategy in STRATEGIES.items()}
+    ends = {name: StrategyEnd.of(strategy) for name, strategy in STRATEGIES.items()}
     for words in foreseen(Study.of(config), ends, imaging_systems()):
         logger.warning(f"A result will be missing, as it seems: {words}.")
 TUBE = ("anode", "filter", "filter_um", "peak_kv", "paddle")

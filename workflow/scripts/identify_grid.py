@@ -1,4 +1,4 @@
-"""What is left of skin and markers on a grid of two moduli: the search by hand."""
+"""What is left of skin and markers on a grid of two moduli: a grid search."""
 
 import _stage
 

@@ -26,7 +26,7 @@ def main(
     write_table(reached, out["targets"])
     write_json(numbers(table, reached), out["numbers"])
     for row in reached[~reached.met].itertuples():
-        sys.stderr.write(f"not reached: {row.what}, {row[2]}: {row.measured:.3g}, {row.goal}\n")
+        sys.stderr.write(f"not reached: {row.what}, {row[2]}: {row.measured:.3g}, {row.target}\n")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from mammosim.figures.status import time_and_memory
 from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
-from mammosim.study.jobs.completeness import told
+from mammosim.study.jobs.completeness import completeness_sentence
 from mammosim.study.report.layout import Contents, Layout, sections
 from mammosim.study.report.pages import Listing, Section, report
 from mammosim.study.report.summary import entries
@@ -47,7 +47,11 @@ def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame) -> Section:
         Listing(missing, "What is missing, and which tables and figures lack it."),
         Listing(not_planned, "What was not planned, since the data of a volunteer do not allow it."),
     ]
-    return Section("What is missing", told(missing), tuple(each for each in listings if not each.frame.empty))
+    return Section(
+        "What is missing",
+        completeness_sentence(missing),
+        tuple(each for each in listings if not each.frame.empty),
+    )
 
 
 def tables(files: dict, of_pages: list[str]) -> dict[str, pd.DataFrame]:

@@ -1,4 +1,4 @@
-"""From supine to prone with one modulus: a row of the report's table 1.2, and the predicted shape."""
+"""From supine to prone with one modulus: a row of table 1.2 of Mira 2018, and the predicted shape."""
 
 import _stage
 import numpy as np

@@ -16,8 +16,8 @@ QUESTIONS: Mapping[str, tuple[str, ...]] = {
     "propagation": ("validation", "exposed_dose"),
     "softening": ("fit", "exposed_dose"),
 }
-# What a person is told of; everything else that is not allowed follows from these.
-TOLD: Mapping[str, str] = {
+# What is reported as not planned; everything else that is not allowed follows from these.
+REPORTED: Mapping[str, str] = {
     "scan": "pictures of the scan",
     "segmentation": "segmentation",
     "registration": "registration",
@@ -127,8 +127,8 @@ def _follow(name: str, chain: Chain, found: dict[str, str]) -> str:
 
 
 def not_planned(found: Mapping[str, str]) -> list[tuple[str, str]]:
-    """What a person is told of `reasons`: what is not planned, and why."""
-    return [(words, found[name]) for name, words in TOLD.items() if found[name]]
+    """What of `reasons` is reported: what is not planned, and why."""
+    return [(words, found[name]) for name, words in REPORTED.items() if found[name]]
 
 
 def in_one_line(rows: Iterable[tuple[str, str]]) -> str:

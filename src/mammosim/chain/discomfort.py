@@ -22,12 +22,12 @@ MM2_PER_CM2 = 100.0
 # What is measured in every cell, and what on every face of the skin.
 IN_TISSUE = ("green_lagrange", "logarithmic", "energy_kpa")
 ON_SKIN = ("pressure_kpa",)
-# ASSUME: skin nearer to a plate than 0.1 mm, the penetration that the contact accepts, touches it.
+# ASSUME: skin nearer to a plate than 0.1 mm, the penetration that the contact accepts, is in contact with it.
 NEAR_MM = 0.1
 
 
 def contact_area(contact: RigidContact, x: np.ndarray) -> float:
-    """Area in mm2 of the skin, in the loaded shape x (n_node, 3), that touches a plate."""
+    """Area in mm2 of the skin, in the loaded shape x (n_node, 3), in contact with a plate."""
     _, distance = contact.at_points(x)
     return float(contact.rule.areas(x, contact.faces)[distance < NEAR_MM].sum())
 

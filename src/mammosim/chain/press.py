@@ -60,7 +60,7 @@ def pressed_breast(
 ) -> Pressed:
     """The tables of a compression; thresholds: see chain.discomfort.amounts_above.
 
-    Raises MechanicsError where the paddle does not touch the breast in the end.
+    Raises MechanicsError where paddle and breast are not in contact in the end.
     """
     _require_contact(found)
     mesh, x = setup.mesh, found.points
@@ -87,8 +87,8 @@ def _require_contact(found: PressedState) -> None:
     last = found.path.iloc[-1]
     if not last.force_n > 0:
         raise MechanicsError(
-            f"{last.readout_mm:.1f} mm above the support the paddle does not touch the breast, which is "
-            "thinner or has slipped out on the way; ask for less thickness, or raise compression.steps"
+            f"{last.readout_mm:.1f} mm above the support the paddle has no contact with the breast, which "
+            "is thinner or has slipped out on the way; ask for less thickness, or raise compression.steps"
         )
 
 
@@ -97,7 +97,7 @@ def _row(
 ) -> dict[str, float | str]:
     """MEASURED, and the outcome.
 
-    plates_mm: the distance that the machine reads; thickness_*: of the faces that the paddle touches, by
+    plates_mm: the distance that the machine reads; thickness_*: of the faces in contact with the paddle, by
     area: the middle one (median), the least and the greatest; *_p95: 95 % of the tissue under the plates has
     less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force.
     """
@@ -124,7 +124,7 @@ def _row(
 
 
 def _gap_at_paddle(mesh: TetMesh, found: PressedState, faces: pd.DataFrame) -> pd.DataFrame:
-    """gap_mm between the plates at the middle of each face that the paddle touches, with its area_mm2."""
+    """gap_mm between the plates at the middle of each face in contact with the paddle, with its area_mm2."""
     touching = (faces.paddle_kpa > 0).to_numpy()
     middles = found.points[mesh.boundaries["skin"][touching, :3]].mean(axis=1)
     rows = pd.DataFrame({"gap_mm": found.gap(middles), "area_mm2": faces.area_mm2[touching].to_numpy()})

@@ -83,14 +83,14 @@ class PressSetup:
         settings = self.solved if paddle == Rigid() else replace(self.solved, steps=YIELDING_STEPS)
         # Friction depends on the whole load path, and the stages that are kept do not have its state.
         known = self.standard if self.plates.friction is None else None
-        begun = known.warm_starts(paddle, control) if known else ()
-        if not begun:
+        warm_starts = known.warm_starts(paddle, control) if known else ()
+        if not warm_starts:
             found = compress(*body, plates=plates, control=control, settings=settings)
             return replace(found, path=path_of(found))
-        found = continued(*body, plates=plates, control=control, begun=begun, settings=settings)
+        found = continued(*body, plates=plates, control=control, warm_starts=warm_starts, settings=settings)
         path = path_of(found)
         if paddle != Rigid():
-            path = path.iloc[len(begun) :].assign(work_uj=np.nan)
+            path = path.iloc[len(warm_starts) :].assign(work_uj=np.nan)
         return replace(found, path=path)
 
     def standard_path(self) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from mammosim.figures.render import Camera, Solid, render
 from mammosim.figures.style import SEQUENTIAL, new_figure, scale_bar, styled
 from mammosim.figures.surfaces import box_solid, coloured_skin, cut_solid, skin_solid
 
-SIDEWAYS, OBLIQUE, ABOVE = Camera.at(90, 2), Camera.at(48, 20), Camera.at(0, 89.9)
+OBLIQUE, ABOVE = Camera.at(48, 20), Camera.at(0, 89.9)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ MARKERS = ("o", "s", "D", "^", "v", "P")
 
 @styled
 def sweep(table: pd.DataFrame) -> Figure:
-    """Nipple error and largest displacement against the modulus (the report's figure 1.14).
+    """Nipple error and largest displacement against the modulus (figure 1.14 of Mira 2018).
 
     table: rows of study.sweep.sweep_row. A row without solution is a cross at the top, in
     the colour of its volunteer.
@@ -89,7 +89,7 @@ def _draw_unsolved(ax: Axes, moduli: pd.Series, label: str, number: int) -> None
 
 @styled
 def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) -> Figure:
-    """One volunteer upright with skins of several moduli, in the plane x_mm (the report's figure 1.15).
+    """One volunteer upright with skins of several moduli, in the plane x_mm (figure 1.15 of Mira 2018).
 
     shapes: name -> loaded mesh; table: rows of study.sweep.upright_row of this volunteer.
     """
@@ -116,7 +116,7 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
 
 @styled
 def stress_free(shapes: Mapping[str, TetMesh], *, x_mm: float, z_mm: float) -> Figure:
-    """Measured and stress-free shapes in a sagittal and an axial plane (the report's figures 1.16 and 1.17).
+    """Measured and stress-free shapes in a sagittal and an axial plane (figures 1.16 and 1.17 of Mira 2018).
 
     shapes: name -> mesh, e.g. measured prone, reverse gravity, fixed point, and the truth where it is known.
     """

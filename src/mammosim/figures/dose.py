@@ -44,7 +44,7 @@ MARKERS = ("o", "s", "D", "^", "v", "P")
 
 @styled
 def report195(table: pd.DataFrame) -> Figure:
-    """Our energies less those of the report, percent, with three standard errors, over the gates; per beam.
+    """Our energies less those of AAPM report 195, percent, three standard errors and tolerances; per beam.
 
     table: rows of xray.verification.report195_rows.
     """
@@ -66,7 +66,7 @@ def report195(table: pd.DataFrame) -> Figure:
         ax.set_xticks(rows.index, rows.quantity, rotation=30, ha="right", fontsize=7)
         ax.set_title(beam)
         ax.grid(False, axis="x")
-    axes[0].set_ylabel("ours less the report (%)")
+    axes[0].set_ylabel("ours less AAPM 195 (%)")
     return figure
 
 

@@ -17,7 +17,7 @@ COLOURS = {**UNDER, FITTED: SKY, USED: PURPLE}
 
 @styled
 def moduli(fitted: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Figure:
-    """Young's moduli in the literature (the report's table 1.1) and in this study, on a logarithmic axis.
+    """Young's moduli in the literature (table 1.1 of Mira 2018) and in this study, on a logarithmic axis.
 
     fitted: volunteer, side, tissue, fitted_kpa, low_kpa, high_kpa, identifiable; here: name -> lowest and
     highest modulus that this study assumes, kPa. A fit that is not identifiable is hollow; one that has only

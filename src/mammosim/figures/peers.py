@@ -51,7 +51,7 @@ def processor_time(table: pd.DataFrame) -> Figure:
 def tasks(table: pd.DataFrame, targets: pd.DataFrame) -> Figure:
     """Seconds, and histories per second, of every program (ours in black), a line per task; bars: the goals.
 
-    table: rows (task, kind, program, seconds, histories_per_s, outcome); targets: rows (what, task, goal).
+    table: rows (task, kind, program, seconds, histories_per_s, outcome); targets: rows (what, task, target).
     """
     table = table[table.outcome == "converged"]
     programs = [name for name in dict.fromkeys(table.program) if name != OURS]
@@ -63,7 +63,7 @@ def tasks(table: pd.DataFrame, targets: pd.DataFrame) -> Figure:
     axes = figure.subplots(2, 1, height_ratios=heights)
     for ax, (column, part) in zip(axes, parts.items()):
         _lines(ax, part, column, colours)
-        _goals(ax, part, targets[targets.what == column], LIMITS[column])
+        _targets(ax, part, targets[targets.what == column], LIMITS[column])
     axes[0].set(xscale="log", xlabel="processor time (s)")
     axes[1].set_xlim(0, 1.1 * axes[1].get_xlim()[1])
     axes[1].set_xlabel("histories per processor-second")
@@ -83,9 +83,9 @@ def _lines(ax: Axes, part: pd.DataFrame, column: str, colours: dict[str, str]) -
     ax.set_ylim(len(names) - 0.5, -0.5)
 
 
-def _goals(ax: Axes, part: pd.DataFrame, targets: pd.DataFrame, limit: str) -> None:
+def _targets(ax: Axes, part: pd.DataFrame, targets: pd.DataFrame, limit: str) -> None:
     """A bar where each task should end."""
     names = list(dict.fromkeys(part.task))
     for row in targets[targets.task.isin(names)].itertuples():
-        goal, y = float(str(row.goal).removeprefix(limit)), names.index(row.task)
-        ax.plot([goal, goal], [y - 0.35, y + 0.35], color=QUIET, lw=2.5, label="_goal")
+        target, y = float(str(row.target).removeprefix(limit)), names.index(row.task)
+        ax.plot([target, target], [y - 0.35, y + 0.35], color=QUIET, lw=2.5, label="_target")

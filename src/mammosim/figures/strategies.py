@@ -1,4 +1,4 @@
-"""Strategies of compression side by side: their way, their thickness, and what they do to the tissue."""
+"""Strategies of compression side by side: load paths, thickness, and what they do to the tissue."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ def practice() -> Marks:
 
 @styled
 def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
-    """Force, contact area, mean and peak pressure on the way of every strategy; a row per set of moduli.
+    """Force, contact area, mean and peak pressure along every load path; a row per set of moduli.
 
     paths: rows of mechanics.compression.Compression.path with volunteer, side, strategy, moduli. A dot is
     where a strategy stops. A line style per breast. marks: by default those of practice().
@@ -82,12 +82,12 @@ def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
     axes = figure.subplots(len(moduli), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
     breasts = list(dict.fromkeys(paths.volunteer + " " + paths.side))
     for row, name in zip(axes, moduli):
-        for (_, strategy, breast), way in _ways(paths[paths.moduli == name]):
+        for (_, strategy, breast), path in _paths(paths[paths.moduli == name]):
             colour, line = (
                 series_colour(strategies.index(strategy)),
                 LINES[breasts.index(breast) % len(LINES)],
             )
-            _draw_way(row, way, colour, line)
+            _draw_path(row, path, colour, line)
         row[0].set_title(f"{name} moduli")
     for column, (_, _, label) in zip(axes.T, QUANTITIES):
         for panel in column:
@@ -105,7 +105,7 @@ def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
     return figure
 
 
-def _ways(paths: pd.DataFrame):  # type: ignore[no-untyped-def]
+def _paths(paths: pd.DataFrame):  # type: ignore[no-untyped-def]
     return paths.groupby([paths.moduli, paths.strategy, paths.volunteer + " " + paths.side], sort=False)
 
 
@@ -117,12 +117,12 @@ def _logarithmic(ax: Axes) -> None:
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _draw_way(row: np.ndarray, way: pd.DataFrame, colour: str, line: str) -> None:
+def _draw_path(row: np.ndarray, path: pd.DataFrame, colour: str, line: str) -> None:
     """One strategy of one breast in the panels of a row."""
-    way = way[way.force_n > 0]
+    path = path[path.force_n > 0]
     for ax, (column, factor, _) in zip(row, QUANTITIES):
-        ax.plot(way.thickness_mm, factor * way[column], line, color=colour, lw=1.3)
-        ax.plot(way.thickness_mm.iloc[-1:], factor * way[column].iloc[-1:], "o", ms=4, color=colour)
+        ax.plot(path.thickness_mm, factor * path[column], line, color=colour, lw=1.3)
+        ax.plot(path.thickness_mm.iloc[-1:], factor * path[column].iloc[-1:], "o", ms=4, color=colour)
 
 
 def _draw_marks(axes: np.ndarray, marks: Marks) -> None:

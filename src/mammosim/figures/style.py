@@ -18,7 +18,7 @@ INK = "#22272e"
 QUIET = "#8a939e"
 # Okabe & Ito 2008: eight colours that stay distinct for all common kinds of colour blindness.
 BLUE, ORANGE, GREEN, VERMILION = "#0072b2", "#e69f00", "#009e73", "#d55e00"
-PURPLE, SKY, YELLOW = "#cc79a7", "#56b4e9", "#f0e442"
+PURPLE, SKY = "#cc79a7", "#56b4e9"
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
 

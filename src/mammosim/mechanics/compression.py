@@ -95,18 +95,23 @@ def continued(
     *,
     plates: Plates,
     control: Control,
-    begun: Sequence[WarmStart],
+    warm_starts: Sequence[WarmStart],
     settings: PressSettings | None = None,
 ) -> Compression:
-    """As compress, from a way that another compression of the same body went, by a rigid paddle.
+    """As compress, along the load path of another compression of the same body, by a rigid paddle.
 
-    begun: its stages from first contact on; those beyond the control are left out. plates: at the same place,
-    a paddle that yields at rest. Raises MechanicsError with friction or without a stage, else as compress.
+    warm_starts: its stages from first contact on; those beyond the control are left out. plates: at the
+    same place, a paddle that yields at rest. Raises MechanicsError with friction or without a
+    stage, else as compress.
     """
-    if plates.friction is not None or not begun:
-        raise MechanicsError("a way can be gone on without friction, and from a stage; use compress")
+    if plates.friction is not None or not warm_starts:
+        raise MechanicsError(
+            "a compression is continued without friction, from one warm start or more; use compress instead"
+        )
     with _press(mesh, effects, plates, None, settings or PressSettings()) as press:
-        return _compression(press, mesh, _to_control(press, [each.stage(press) for each in begun], control))
+        return _compression(
+            press, mesh, _to_control(press, [each.stage(press) for each in warm_starts], control)
+        )
 
 
 def released(
@@ -226,8 +231,8 @@ def _to_force(press: Press, stages: list[Stage], control: Force) -> list[Stage]:
     axis, target = press.plates.axes[:, 2], control.newton
     smallest = _within(control.smallest_mm, stages[0].thickness)
     below = list(takewhile(lambda stage: force_n(stage, axis) < target, stages))
-    begun = stages[: len(below) + 1]
-    stages = _to_thickness(press, begun, smallest, lambda stage: force_n(stage, axis) >= target)
+    passed = stages[: len(below) + 1]
+    stages = _to_thickness(press, passed, smallest, lambda stage: force_n(stage, axis) >= target)
     above, forces = stages[-1], [force_n(stage, axis) for stage in stages]
     if forces[-1] < target * (1 - control.tolerance):
         raise EquilibriumError(

@@ -73,7 +73,7 @@ class Iterated:
         return FixedPoint(measured, body, gravity, self.correction, self.steps, settings).from_start(start)
 
 
-# Carter 2009, Eiben 2014, the report's own, and Eiben's by Anderson's acceleration.
+# Carter 2009, Eiben 2014, Mira 2018, and Eiben's by Anderson's acceleration.
 fixed_point = Iterated(Nodal())
 pull_back = Iterated(PulledBack())
 mean_start = Iterated(

@@ -1,1 +1,1 @@
-"""What is asked of the chain: a room per question."""
+"""What is asked of the chain: a subpackage per question."""

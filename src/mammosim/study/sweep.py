@@ -94,7 +94,7 @@ def sweep_row(
     nipples: np.ndarray,
     goal: np.ndarray,
 ) -> dict[str, str | float]:
-    """How near the predicted nipples come: a row of the report's table 1.2, NaN where it was not found.
+    """How near the predicted nipples come: a row of table 1.2 of Mira 2018, NaN where it was not found.
 
     nipples, goal: left and right nipple (2, 3) mm as measured in the first and in the new position, in
     the frame of the mesh. nipple_*_mm: predicted to measured; supine_*_mm: before any modelling;

@@ -9,7 +9,7 @@ electronics. From the quanta n on all are linear, so that a weighted sum of pixe
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol
+from typing import ClassVar, Protocol, cast
 
 import numpy as np
 from scipy.fft import dctn, idctn
@@ -271,10 +271,10 @@ def weighted_sum(steps: Iterable[ImagingStep], shot: Shot, w: np.ndarray) -> tup
     return float(np.sum(w * shot.mean)), variance
 
 
-def _ordered(steps: Iterable[ImagingStep]) -> tuple[list[ImagingStep], list[Any]]:
+def _ordered(steps: Iterable[ImagingStep]) -> tuple[list[ImagingStep], list[DetectorStep]]:
     """Those of the photons and those of the detector, in the order of the light."""
     ordered = sorted(steps, key=lambda step: step.stage)
-    behind = [e for e in ordered if e.stage >= DETECTION]
+    behind = [cast(DetectorStep, step) for step in ordered if step.stage >= DETECTION]
     return ordered[: len(ordered) - len(behind)], behind
 
 

@@ -216,7 +216,7 @@ def test_no_strategy_presses_further_than_is_allowed(setup):
 
 def test_a_state_in_which_the_paddle_does_not_touch_is_no_compression(setup, standard):
     apart = replace(standard, path=standard.path.assign(force_n=0.0))
-    with pytest.raises(MechanicsError, match=r"24\.0 mm above the support the paddle does not touch"):
+    with pytest.raises(MechanicsError, match=r"24\.0 mm above the support the paddle has no contact"):
         pressed_breast(setup, apart, THRESHOLDS)
 
 

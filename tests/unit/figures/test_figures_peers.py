@@ -28,7 +28,7 @@ def test_each_program_has_a_point_and_each_goal_a_bar():
     ]
     table = pd.DataFrame(rows, columns=["task", "kind", "program", "seconds", "histories_per_s", "outcome"])
     goals = [("seconds", "one_view", "at most 0.25"), ("histories_per_s", "dose", "at least 4e+06")]
-    figure = tasks(table, pd.DataFrame(goals, columns=["what", "task", "goal"]))
+    figure = tasks(table, pd.DataFrame(goals, columns=["what", "task", "target"]))
     seconds, rates = figure.axes
     assert [text.get_text() for text in seconds.get_yticklabels()] == ["one view", "sart"]
     assert [len(ax.lines) for ax in figure.axes] == [3, 2]

@@ -9,7 +9,7 @@ import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.io.tabulated import tabulated
-from mammosim.study.jobs.foreseen import Study, Until, foreseen
+from mammosim.study.jobs.foreseen import StrategyEnd, Study, foreseen
 
 CONFIG = Path(__file__).parents[3] / "config"
 
@@ -24,7 +24,7 @@ def study():
 
 
 def said(settings, strategies, systems):
-    ends = {name: Until.of(strategy) for name, strategy in strategies.items()}
+    ends = {name: StrategyEnd.of(strategy) for name, strategy in strategies.items()}
     return foreseen(Study.of(settings), ends, systems)
 
 

@@ -72,7 +72,7 @@ def test_the_fastest_that_converged_counts(table):
     targets = {
         "faster": [{"case": "soft", "edge_mm": 8, "at_least": 5}],
         "growth": [{"case": "soft", "at_most": 0.9}],
-        "leaner": [{"case": "soft", "edge_mm": 8, "at_most": 1}],
+        "less_memory": [{"case": "soft", "edge_mm": 8, "at_most": 1}],
         "slower": [{"case": "hard", "edge_mm": 8, "than": "soft", "at_most": 5}],
     }
     found = reached_by(table, targets).set_index("what")

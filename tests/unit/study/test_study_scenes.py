@@ -9,7 +9,7 @@ from mammosim.chain.stages import STAGES, effects_on
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import read
 from mammosim.study.scenes.answers import Answered, numbers, outside, rows
-from mammosim.study.scenes.scene import DEAR, EFFECTS, EQUIPMENT, Scene, products_of
+from mammosim.study.scenes.scene import EFFECTS, EQUIPMENT, EXPENSIVE, Scene, products_of
 
 UPRIGHT, PRESSED = {"position": "upright"}, {"strategy": "standard"}
 
@@ -86,7 +86,7 @@ def test_a_grid_is_there_only_where_the_machine_has_one():
 
 def test_every_effect_of_a_product_has_words_and_every_word_an_effect():
     assert effects_on(STAGES) == set(EFFECTS)
-    assert set(EFFECTS) >= EQUIPMENT | DEAR
+    assert set(EFFECTS) >= EQUIPMENT | EXPENSIVE
 
 
 def test_a_question_without_dose_needs_no_dose():
@@ -127,7 +127,7 @@ def test_places_differ_by_their_distance_and_doses_in_percent(table):
 def test_an_answer_outside_of_its_tolerance_is_named_with_what_helps(table):
     (line,) = outside(table)
     assert line.startswith("NOT WITHIN ITS TOLERANCE: mine: agd_percent differs")
-    assert "asked are 3; lower scenes.part" in line
+    assert "the tolerance is 3; lower scenes.part" in line
 
 
 def test_a_scene_counts_as_within_when_all_its_answers_are(table):

@@ -5,7 +5,7 @@ P = dW/dF = mu J^(-2/3) F + s C,  s = p - mu/3 J^(-5/3) I1,  p = k (J - 1)
 dP = mu J^(-2/3) dF - 2/3 mu J^(-5/3) (F (C:dF) + C (F:dF)) + (5/9 mu J^(-8/3) I1 + k) C (C:dF) + s dC
 """
 
-# ASSUME: the bulk law has the isochoric I1bar where the report prints I1, which would stress the rest state.
+# ASSUME: the bulk law has the isochoric I1bar where [@mira2018] prints I1, which would stress the rest state.
 
 from dataclasses import dataclass, replace
 

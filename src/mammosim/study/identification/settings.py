@@ -83,7 +83,7 @@ class FitSettings(Settings):
 
 @dataclass(frozen=True)
 class Grid(Settings):
-    """Moduli of the search by hand: of fat and gland together, and of skin.
+    """Moduli of the grid search: of fat and gland together, and of skin.
 
     Raises ConfigurationError when there is none, or one is no modulus.
     """

@@ -31,7 +31,7 @@ def _joined(names: list[str]) -> str:
     return ", ".join(dict.fromkeys(names))
 
 
-def told(missing: pd.DataFrame) -> str:
+def completeness_sentence(missing: pd.DataFrame) -> str:
     """The sentence by which a report begins."""
     if missing.empty:
         return "Every result that was asked for is there."

@@ -62,14 +62,14 @@ class Study(Settings):
 
 
 @dataclass(frozen=True)
-class Until(Settings):
+class StrategyEnd(Settings):
     """When a strategy stops, where that may be impossible: at a share of the thickness, at a pressure."""
 
     thickness_share: Positive | None = None
     pressure_kpa: Mapping[str, Positive] | None = None
 
     @classmethod
-    def of(cls, strategy: Mapping[str, Mapping[str, object]]) -> "Until":
+    def of(cls, strategy: Mapping[str, Mapping[str, object]]) -> "StrategyEnd":
         """Of an entry of config/strategies.yaml."""
         return read(cls, pruned(strategy["until"], ("thickness_share", "pressure_kpa")), "until")
 
@@ -78,7 +78,7 @@ class Until(Settings):
 System = Mapping[str, str | float | None]
 
 
-def foreseen(study: Study, ends: Mapping[str, Until], systems: Mapping[str, System]) -> list[str]:
+def foreseen(study: Study, ends: Mapping[str, StrategyEnd], systems: Mapping[str, System]) -> list[str]:
     """One sentence for each thing that cannot, or may not, be answered.
 
     ends: of the strategies compared, by their names; systems: by their names.
@@ -86,7 +86,7 @@ def foreseen(study: Study, ends: Mapping[str, Until], systems: Mapping[str, Syst
     return [*_strategies(study, ends), *_system(study, systems), *_field(study), *_beam(study)]
 
 
-def _strategies(study: Study, ends: Mapping[str, Until]) -> Iterator[str]:
+def _strategies(study: Study, ends: Mapping[str, StrategyEnd]) -> Iterator[str]:
     """Of strategies that press further than any may, or whose pressure is stated for other moduli."""
     for name, until in ends.items():
         share = until.thickness_share

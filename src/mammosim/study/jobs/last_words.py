@@ -75,7 +75,7 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def told_briefly(reasons: Sequence[str]) -> str:
+def missing_in_brief(reasons: Sequence[str]) -> str:
     """What a terminal ends with where results are missing: the first reasons, a line each; else nothing."""
     if not reasons:
         return ""

@@ -34,16 +34,16 @@ class Target(Settings):
         raise NotImplementedError
 
     def reached(self, measured: float) -> dict[str, Any]:
-        """measured, goal in words, met; not met where nothing was measured."""
+        """measured, target in words, met; not met where nothing was measured."""
         if self.at_least is not None:
             return {
                 "measured": measured,
-                "goal": f"at least {self.at_least:g}",
+                "target": f"at least {self.at_least:g}",
                 "met": measured >= self.at_least,
             }
         return {
             "measured": measured,
-            "goal": f"at most {self.at_most:g}",
+            "target": f"at most {self.at_most:g}",
             "met": measured <= (self.at_most or 0),
         }
 
@@ -110,7 +110,7 @@ class Growth(Target):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Leaner(MechanicsTarget):
+class LessMemory(MechanicsTarget):
     """Our memory over that of the leanest direct peer."""
 
     def row(self, table: pd.DataFrame) -> dict[str, Any]:
@@ -126,11 +126,11 @@ class MechanicsTargets(Settings):
     faster: tuple[Faster, ...] = ()
     slower: tuple[Slower, ...] = ()
     growth: tuple[Growth, ...] = ()
-    leaner: tuple[Leaner, ...] = ()
+    less_memory: tuple[LessMemory, ...] = ()
 
     def all(self) -> tuple[Target, ...]:
         """In the order of the table."""
-        return (*self.faster, *self.slower, *self.growth, *self.leaner)
+        return (*self.faster, *self.slower, *self.growth, *self.less_memory)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,7 +160,7 @@ class XrayTarget(Target):
 
 
 def reached(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
-    """One row per target: what, of which case and edge_mm or task, peer, measured, goal, met.
+    """One row per target: what, of which case and edge_mm or task, peer, measured, target, met.
 
     measured is nan, and the target not met, where a row of the table is missing or did not converge.
     """

@@ -72,9 +72,9 @@ class Answer:
         seconds: the median time to relative_error, which falls as its square; histories_per_s: the median.
         """
         cpu_s = self.cpu_s
-        to_goal = cpu_s if relative_error is None else cpu_s * (self.reached / relative_error) ** 2
+        to_reached = cpu_s if relative_error is None else cpu_s * (self.reached / relative_error) ** 2
         return {
-            "seconds": float(np.median(to_goal)),
+            "seconds": float(np.median(to_reached)),
             "cpu_s": float(np.median(cpu_s)),
             "cpu_least_s": float(cpu_s.min()),
             "cpu_most_s": float(cpu_s.max()),

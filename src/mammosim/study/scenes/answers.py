@@ -125,6 +125,6 @@ def outside(table: pd.DataFrame) -> list[str]:
     """One line per answer that the screened effects do not give within its tolerance."""
     return [
         f"NOT WITHIN ITS TOLERANCE: {row.scene}: {row.quantity} differs from the full model's by "
-        f"{row.difference:.3g}, asked are {row.tolerance:g}; lower scenes.part, or list the effects"
+        f"{row.difference:.3g}, the tolerance is {row.tolerance:g}; lower scenes.part, or list the effects"
         for row in table[~table.within.astype(bool)].itertuples()
     ]

@@ -12,7 +12,7 @@ from mammosim.core.settings import Positive, Settings, read
 
 # Every effect that a product of a scene may have, in words.
 EFFECTS: Mapping[str, str] = {
-    "gland": "gland stiffer than fat",
+    "gland": "gland with a modulus of its own",
     "muscle": "muscle stiffer than fat",
     "skin": "skin as a membrane",
     "fascia": "superficial fascia under the skin",
@@ -34,7 +34,7 @@ EFFECTS: Mapping[str, str] = {
 # What a machine has or has not; all else is how faithfully it is computed.
 EQUIPMENT = frozenset({"grid"})
 # Only where a scene names it: with friction a press takes ten times as long (decisions/scenes.md).
-DEAR = frozenset({"friction"})
+EXPENSIVE = frozenset({"friction"})
 AUTO = "auto"
 # The settings that the load of a scene gives, by the products that read them.
 LOADS = {"load.position": "position", "load.strategy": "strategy"}
@@ -57,8 +57,8 @@ class Load(Settings):
 class Scene(Settings):
     """asked: quantity -> tolerance in its unit; effects: names, None where a screening is to find them.
 
-    volunteer, side, tissues: whose breast, of what; also: of EQUIPMENT and DEAR; accuracy: a preset's name;
-    errors: in its place, quantity -> the largest numerical error.
+    volunteer, side, tissues: whose breast, of what; also: of EQUIPMENT and EXPENSIVE; accuracy: a preset's
+    name; errors: in its place, quantity -> the largest numerical error.
     Raises ConfigurationError for names that mean nothing, and for a question that its load cannot answer.
     """
 
@@ -78,7 +78,7 @@ class Scene(Settings):
         listed = self.effects or ()
         self._require_known("quantity", self.asked, QUANTITIES)
         self._require_known("effect", listed, EFFECTS)
-        self._require_known("effect of `also`", self.also, EQUIPMENT | DEAR)
+        self._require_known("effect of `also`", self.also, EQUIPMENT | EXPENSIVE)
         for quantity in self.asked:
             for product in QUANTITIES[quantity].products:
                 self._require_load(quantity, product)
@@ -105,9 +105,9 @@ class Scene(Settings):
 
     @property
     def full(self) -> frozenset[str]:
-        """Every effect that acts on what is asked, of EQUIPMENT and DEAR only those that are named."""
+        """Every effect that acts on what is asked, of EQUIPMENT and EXPENSIVE only those that are named."""
         named = {*self.also, *(self.effects or ())}
-        return effects_on(products_of(self.asked)) - ((EQUIPMENT | DEAR) - named)
+        return effects_on(products_of(self.asked)) - ((EQUIPMENT | EXPENSIVE) - named)
 
     @property
     def needed(self) -> frozenset[str]:
