@@ -158,10 +158,7 @@ class Chain:
 
     def upstream(self, name: str) -> tuple[str, ...]:
         """The products that one is made of with these settings, each after those that it needs itself."""
-        found: dict[str, None] = {}
-        for need in self.needs(name):
-            found |= dict.fromkeys((*self.upstream(need), need))
-        return tuple(found)
+        return _in_order(self.needs, name)
 
     def needs(self, name: str) -> tuple[str, ...]:
         """The products that one needs with these settings and effects."""
@@ -263,9 +260,20 @@ class Inputs:
 
 def upstream(stages: Mapping[str, Stage], name: str) -> tuple[str, ...]:
     """Every product that one may be made of, each after those that it needs itself."""
+    return _in_order(lambda each: stages[each].all_needs, name)
+
+
+def _in_order(needs: Callable[[str], Iterable[str]], name: str) -> tuple[str, ...]:
+    """All that `name` needs, directly or not, each after those that it needs itself."""
     found: dict[str, None] = {}
-    for need in stages[name].all_needs:
-        found |= dict.fromkeys((*upstream(stages, need), need))
+
+    def add(each: str) -> None:
+        for need in needs(each):
+            if need not in found:
+                add(need)
+                found[need] = None
+
+    add(name)
     return tuple(found)
 
 
