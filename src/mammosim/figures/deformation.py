@@ -96,7 +96,7 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
     figure = new_figure(3.6)
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.15))
     draw_outlines(left, shapes, "sagittal", x_mm)
-    left.set_title(f"skin in the plane x = {x_mm:.0f} mm")
+    left.set_title(f"skin, x = {x_mm:.0f} mm")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     rows = table.sort_values("skin_kpa")
     names = ["none" if E == 0 else f"{E:g} kPa" for E in rows.skin_kpa]
