@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from scipy import ndimage
-from sklearn.base import ClassifierMixin
-from sklearn.ensemble import HistGradientBoostingClassifier, RandomForestClassifier
 
 from mammosim.core.errors import ConfigurationError, SegmentationError
 from mammosim.core.labels import Label
@@ -17,6 +16,10 @@ from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.features import NAMES, features
 from mammosim.imaging.markers import find_markers
 from mammosim.imaging.outline import body_mask, coarsened, fill_axial, largest_part, spread
+
+# scikit-learn is imported where it is used: it takes half a second that most stages of images need not.
+if TYPE_CHECKING:
+    from sklearn.base import ClassifierMixin
 
 # ASSUME: a voxel of which the classifier is sure by 90 % is a seed, as the strokes are.
 SURE = 0.9
@@ -90,19 +93,23 @@ class Segmentation:
     probability: Image
 
 
-def _forest(settings: Settings) -> ClassifierMixin:
+def _forest(settings: Settings) -> "ClassifierMixin":
+    from sklearn.ensemble import RandomForestClassifier
+
     return RandomForestClassifier(
         settings.trees, min_samples_leaf=2, class_weight="balanced", random_state=settings.seed, n_jobs=2
     )
 
 
-def _boosting(settings: Settings) -> ClassifierMixin:
+def _boosting(settings: Settings) -> "ClassifierMixin":
+    from sklearn.ensemble import HistGradientBoostingClassifier
+
     return HistGradientBoostingClassifier(
         max_iter=settings.trees, min_samples_leaf=5, class_weight="balanced", random_state=settings.seed
     )
 
 
-CLASSIFIERS: Mapping[str, Callable[[Settings], ClassifierMixin]] = {
+CLASSIFIERS: Mapping[str, Callable[[Settings], "ClassifierMixin"]] = {
     "random_forest": _forest,
     "gradient_boosting": _boosting,
 }
@@ -180,7 +187,9 @@ def _with_air(
     return np.vstack([voxels, rim[some]]), np.concatenate([classes, np.full(len(some), Label.AIR, np.uint8)])
 
 
-def _probabilities(classifier: ClassifierMixin, X: np.ndarray, region: np.ndarray) -> dict[Label, np.ndarray]:
+def _probabilities(
+    classifier: "ClassifierMixin", X: np.ndarray, region: np.ndarray
+) -> dict[Label, np.ndarray]:
     """Probability (nz, ny, nx) float32 of each tissue."""
     classifier.set_params(
         **({"n_jobs": 1} if "n_jobs" in classifier.get_params() else {})

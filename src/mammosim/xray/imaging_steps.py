@@ -15,7 +15,6 @@ import numpy as np
 from scipy.fft import dctn, idctn
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
-from scipy.stats import poisson
 
 from mammosim.core.errors import XrayError
 from mammosim.core.rng import generator
@@ -171,6 +170,8 @@ def poisson_at(z: np.ndarray, mean: np.ndarray) -> np.ndarray:
     few = mean < FEW
     root = np.sqrt(np.where(few, 1.0, mean))
     number: np.ndarray = mean + root * z + (z**2 - 1) / 6 + (z - z**3) / (72 * root)
+    from scipy.stats import poisson  # here, since it takes a third of a second that most stages need not
+
     number[few] = np.where(mean[few] > 0, poisson.ppf(ndtr(z[few]), np.maximum(mean[few], 1e-12)), 0.0)
     return number
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import eval_laguerre
-from scipy.stats import ncf
 
 from mammosim.core.errors import XrayError
 
@@ -103,6 +102,7 @@ def expected_d(present: tuple[float, float], absent: tuple[float, float]) -> flo
 
 def _where(F: float, p: int, nu: int, per_d2: float, share: float) -> float:
     """The d' at which a share of all F lies below the one seen; zero when it is less for every d'."""
+    from scipy.stats import ncf  # here, since it takes a third of a second that most stages need not
 
     def excess(d: float) -> float:
         return float(ncf.cdf(F, p, nu, per_d2 * d**2)) - share

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import spekpy
 
 from mammosim.core.errors import XrayError
 from mammosim.core.units import MM_PER_CM
@@ -49,6 +48,8 @@ def tube_spectrum(
     require_tube(anode, filter, filter_mm, kvp)
     tube = tube or Tube()
     # ASSUME: the spectrum is spekpy's model "kqp", the same in every direction of the field (no heel effect).
+    import spekpy  # here, since it takes half a second that most stages need not
+
     model = spekpy.Spek(
         kvp=kvp, th=tube.anode_angle_deg, targ=anode, mas=1, z=distance_mm / MM_PER_CM, dk=tube.bin_kev,
         physics="kqp", mu_data_source="nist",
