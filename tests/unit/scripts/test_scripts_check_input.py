@@ -1,9 +1,8 @@
-"""What is given of a position is checked together: labels and image, the tag of a series, the list of markers."""
+"""What is given of a position is checked together: labels, image, tag of a series, list of markers."""
 
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from mammosim.core.errors import FiducialError, ImageError

@@ -1,4 +1,4 @@
-"""A job that finds no answer says why in every output; a setting that cannot be meant, and a fault, stop it."""
+"""A job without an answer says why in every output; a setting that cannot be meant, and a fault, stop it."""
 
 from types import SimpleNamespace
 
