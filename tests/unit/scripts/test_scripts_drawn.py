@@ -84,8 +84,11 @@ def test_strategies_that_failed_have_no_column_of_discomfort_and_an_empty_map(dr
 
 def test_without_any_map_of_thickness_the_standards_reason_is_said(drawn):
     files = {"maps": [{}, {}], "plates": MissingResult("press ada left standard: it slides away")}
+    figure, told = (strategies, "thickness_maps"), {"strategies": ["x", "y"]}
     with pytest.raises(MissingResult, match="it slides away"):
-        drawn("presses", "thickness", (strategies, "thickness_maps"), files, {"strategies": ["x", "y"]})
+        drawn("presses", "thickness", figure, files, told)
+    files["maps"][1] = {"thickness_mm": [4.0]}
+    assert len(drawn("presses", "thickness", figure, files, told).args[0]["y"]) == 1, "one is enough"
 
 
 def test_an_image_is_shown_as_it_was_scanned_beside_how_it_was_registered(drawn):

@@ -80,13 +80,14 @@ def test_settings_of_a_script_are_its_params_without_the_digests_of_code(stage, 
 def test_a_table_of_parts_keeps_whole_numbers_and_the_reasons_of_parts_that_are_missing(script, tmp_path):
     (there, gone, out) = (str(tmp_path / name) for name in ("there.csv", "gone.csv", "all.csv"))
     write_table(
-        pd.DataFrame({"volunteer": ["007"], "outcome": ["converged"], "draws": [3], "mm": [2 / 3]}), there
+        pd.DataFrame({"volunteer": ["007"], "outcome": ["converged"], "draws": [123456], "mm": [2 / 3]}),
+        there,
     )
     write_table(pd.DataFrame({"volunteer": ["ada"], "outcome": ["missing: it is open"]}), gone)
     script("table").main([gone, there], out)
     with open(out) as file:
         assert file.read().splitlines() == [
-            *("volunteer,draws,mm,outcome", "ada,,,missing: it is open", "007,3,0.66667,converged")
+            *("volunteer,draws,mm,outcome", "ada,,,missing: it is open", "007,123456,0.66667,converged")
         ]
 
 
