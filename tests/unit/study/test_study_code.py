@@ -83,6 +83,7 @@ def test_all_that_is_depended_on_is_named_with_the_file_itself_and_no_file_twice
     (package / "b.py").write_text("from mammosim import a\nVALUES = tabulated('values')\n")  # a circle
     needed = [package / name for name in ("a.py", "b.py", "io/data/values.csv")]
     assert sources.dependencies([package / "a.py"]) == needed
+    assert sources.dependencies([package / "c.py"]) == [package / "c.py"]
 
 
 def test_a_script_outside_the_package_counts_with_what_it_imports(sources):
@@ -94,6 +95,21 @@ def test_a_script_outside_the_package_counts_with_what_it_imports(sources):
     (sources.package / "c.py").write_text("# edited\n")
     digests.add(Sources(sources.src, sources.left_out).digest([script]))
     assert len(digests) == 4
+
+
+def test_a_script_counts_with_those_beside_it_that_it_imports(sources, repository):
+    """They name the columns of its tables, and what stands in the place of an output that is missing."""
+    script = sources.src / "script.py"
+    script.write_text("import _stage\nimport numpy as np\n")
+    (sources.src / "_stage.py").write_text("import _log\n")
+    digests = set()
+    for text in ("", "# edited\n"):
+        (sources.src / "_log.py").write_text(text)
+        digests.add(Sources(sources.src).digest([script]))
+    assert len(digests) == 2
+    folder = repository / "workflow/scripts"
+    found = Sources(repository / "src").read(folder / "table.py")[0]
+    assert folder / "_stage.py" in found
 
 
 def test_a_package_that_is_a_folder_is_what_its_own_file_says(sources):
