@@ -44,7 +44,8 @@ def test_anchors_and_merged_keys_are_read_and_may_be_overridden(read, written):
 
 
 def test_json_is_read_whatever_its_indentation(read, written):
-    assert read(written('{\n\t"seed": 1\n}\n', "mine.json")) == {"seed": 1}
+    for mark in ("", "\ufeff"):
+        assert read(written(f'{mark}{{\n\t"seed": 1\n}}\n', "mine.json")) == {"seed": 1}
     with pytest.raises(ConfigurationError, match=r"mine\.json, line 2: .* this is no JSON"):
         read(written('{\n\t"seed": ,\n}\n', "mine.json"))
 

@@ -113,3 +113,13 @@ def test_a_volunteer_is_told_in_one_line(found):
     assert "no segmentation: labels are given for ada" in line
     assert line.count(ONE) == 1, "a reason stands once"
     assert "\n" not in line
+
+
+def test_positions_without_the_one_that_others_are_brought_to_are_used_alone(found):
+    apart = replace(ADA, given=dict.fromkeys(("prone", "supine_tilted"), SERIES))
+    assert found(apart)["registration"] == "ada was not scanned supine"
+    assert (apart.used, apart.frame) == (("prone",), "prone")
+
+
+def test_upright_is_predicted_from_prone_only(found):
+    assert found(replace(ADA, given={"supine": SERIES}))["upright"] == "ada was not scanned prone"

@@ -3,12 +3,14 @@
 import copy
 from collections.abc import Iterator
 from functools import reduce
+from math import pi
 from operator import getitem
 from typing import Any
 
 import pytest
 import yaml
 
+from mammosim.chain.advice import UNITS
 from mammosim.chain.configuration import (
     check_listed,
     check_settings,
@@ -16,7 +18,7 @@ from mammosim.chain.configuration import (
     check_tissues,
     check_volunteers,
 )
-from mammosim.chain.relations import RELATIONS
+from mammosim.chain.relations import RELATIONS, STRATEGIES
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import gravity_vector
 
@@ -244,6 +246,40 @@ def test_no_unit_is_guessed_that_would_not_make_the_value_right(settings, schema
     assert "was it given" not in rejection(put(settings, "digital.women.small.skin.mean_mm", 6), schema)
 
 
+# A unit, in that of SI.
+SIZES = {
+    **{"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+    **{"kPa/mm": 1e6, "MPa/mm": 1e9, "Pa/mm": 1e3, "mN": 1e-3, "N": 1.0, "kN": 1e3, "kg/m3": 1.0},
+    **{"N m per rad": 1.0, "N mm per rad": 1e-3, "mN mm per rad": 1e-6, "g/cm3": 1e3, "V": 1.0, "kV": 1e3},
+    **{
+        "eV": 1.0,
+        "keV": 1e3,
+        "MeV": 1e6,
+        "s": 1.0,
+        "ms": 1e-3,
+        "us": 1e-6,
+        "uGy": 1e-6,
+        "mGy": 1e-3,
+        "Gy": 1.0,
+    },
+    **{"rad": 1.0, "deg": pi / 180, "percent": 1e-2, "parts of one": 1.0, "share": 1.0},
+}
+SPELLED = {"kpa": "kPa", "mpa": "MPa", "kpa_per_mm": "kPa/mm", "n": "N", "n_mm_per_rad": "N mm per rad",
+           "g_cm3": "g/cm3", "kv": "kV", "kev": "keV", "ugy": "uGy"}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", UNITS)
+def test_what_one_unit_is_in_another_follows_from_their_sizes(key):
+    for other, factor in UNITS[key]:
+        assert factor == pytest.approx(SIZES[other] / SIZES[SPELLED.get(key, key)]), other
+
+
+def test_no_unit_is_guessed_that_would_put_the_value_just_out_of_its_limits():
+    schema = {"properties": {"gland_share": {"type": "number", "exclusiveMaximum": 0.5}}}
+    assert rejection({"gland_share": 40}, schema).endswith("was it given in percent? Write 0.4")
+    assert rejection({"gland_share": 50}, schema).endswith("must be a number less than 0.5")
+
+
 def test_only_the_bad_name_is_blamed(settings, schema):
     message = rejection(put(settings, "digital.women.Ada", {"seed": 3}), schema)
     words = "a name has lower case letters, digits and _ only; write ada"
@@ -264,6 +300,13 @@ def test_every_problem_is_reported_at_once_and_each_once(settings, schema):
     assert all(line.startswith("mine.yaml: ") for line in lines)
     for words in ("'seed'", "xray.peak_kv = inf", "propagation.pressed = 6"):
         assert len([line for line in lines if words in line]) == 1
+
+
+def test_a_relation_of_a_value_that_is_wrong_by_itself_is_not_told_beside_it(settings, schema):
+    settings["compression"]["strategies"] = ["standard", 7]
+    message = rejection(settings, schema, relations=RELATIONS["config"], known={STRATEGIES: ["standard"]})
+    assert message.startswith("mine.yaml: compression.strategies.1 = 7: must be text")
+    assert "\n" not in message
 
 
 def test_the_file_that_gave_a_value_is_named(settings, schema):
@@ -314,6 +357,7 @@ def table(**change) -> list[dict[str, str]]:
     [
         ({"gravity": "0 1 0"}, "contradicts 'prone'"),
         ({"gravity": "down"}, "write three numbers"),
+        ({"position": "supine_tilted", "gravity": "0 1 0"}, "contradicts 'supine_tilted'"),
         ({"position": "sitting"}, "choose one of: prone, supine"),
         ({"position": "supine", "gravity": "0 1 0"}, "stand twice"),
         ({"strokes": ""}, "'a', prone, lacks strokes; give images with strokes, or labels"),

@@ -2,7 +2,8 @@
 
 import pytest
 
-from mammosim.chain.graph import Chain, Stage, changed, nested, overridden, pruned, read_by
+from mammosim.chain import graph
+from mammosim.chain.graph import Chain, Files, Need, Stage, changed, nested, overridden, pruned, read_by
 from mammosim.core.errors import ConfigurationError, MechanicsError
 
 COUNT: list[str] = []
@@ -29,9 +30,15 @@ STAGES = {
     "light": Stage(_counted("light", lambda i: i.has("noise")), effects=("noise",)),
     "fails": Stage(_fails),
     "behind": Stage(lambda i: i["fails"], ("fails",)),
+    "heavy": Stage(
+        lambda i: 2 * i["force"], ("force", Need("light", lambda i: i.has("lit"))), effects=("lit",)
+    ),
+    "one": Stage(lambda i: 1),
+    "two": Stage(lambda i: 2),
     "curious": Stage(lambda i: i["light"]),
     "prying": Stage(lambda i: i.setting("size.mm")),
     "sneaking": Stage(lambda i: i.has("stiff")),
+    "longer": Stage(lambda i: i.setting("sizes"), reads=("size",)),
 }
 
 
@@ -65,6 +72,48 @@ def test_what_was_made_before_is_taken_as_given_and_costs_nothing(chain):
     assert COUNT == ["force"]
 
 
+def test_beside_what_is_given_all_that_was_made_stays(chain):
+    assert chain["length"] == 6
+    assert chain.given({"light": True})["force"] == 12
+    assert COUNT == ["length", "force"]
+
+
+def test_two_products_of_the_same_declaration_are_two(chain):
+    assert (chain["one"], chain["two"]) == (1, 2)
+
+
+def test_a_product_takes_its_own_time_without_what_it_waited_for_and_none_where_it_is_read(monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(graph.time, "process_time", lambda: clock[0])
+
+    def lasts(seconds, value):
+        clock[0] += seconds
+        return value
+
+    class Kept(Stage):
+        def load(self, files):
+            return lasts(9.0, files["shape"])
+
+    stages = {
+        "read": Kept(lambda i: "made"),
+        "slow": Stage(lambda i: lasts(3.0, i["read"]), ("read",)),
+        "end": Stage(lambda i: lasts(1.0, i["slow"]), ("slow",)),
+    }
+    chain = Chain(None, {}, frozenset(), stages).kept({"read": {"shape": "kept"}}).kept({"slow": {}})
+    with_both = set(chain.files)
+    assert with_both == {chain.key("read"), chain.key("slow")}, "files that were named before stay"
+    chain = Chain(None, {}, frozenset(), stages).kept({"read": {"shape": "kept"}})
+    assert chain["end"] == "kept"
+    assert chain.seconds("end") == {"read": 0.0, "slow": 3.0, "end": 1.0}
+
+
+def test_the_paths_of_a_product_have_its_wildcards_and_only_what_is_read_back():
+    files = Files("{v}/{side}", {"shape": ".vtu"}, beside={"path": "_path.csv"})
+    job = {"v": "ada", "side": "left"}
+    assert files.paths(job) == {"shape": "ada/left.vtu"}
+    assert files.paths(job, beside=True) == {"shape": "ada/left.vtu", "path": "ada/left_path.csv"}
+
+
 def test_a_failure_is_remembered_and_raised_again_also_behind_it(chain):
     for name in ("behind", "fails", "behind"):
         with pytest.raises(MechanicsError, match="slides away"):
@@ -72,7 +121,7 @@ def test_a_failure_is_remembered_and_raised_again_also_behind_it(chain):
     assert COUNT == ["fails"]
 
 
-@pytest.mark.parametrize("name", ["curious", "prying", "sneaking"])
+@pytest.mark.parametrize("name", ["curious", "prying", "sneaking", "longer"])
 def test_a_product_cannot_read_what_it_does_not_name(chain, name):
     with pytest.raises(KeyError, match="does not name it"):
         chain[name]
@@ -80,6 +129,13 @@ def test_a_product_cannot_read_what_it_does_not_name(chain, name):
 
 def test_upstream_is_in_the_order_of_need(chain):
     assert chain.upstream("force") == ("length",)
+    assert chain.upstream("heavy") == ("length", "force")
+
+
+def test_a_product_that_is_needed_at_times_is_needed_then_only(chain):
+    assert chain.needs("heavy") == ("force",)
+    assert chain.with_effects({"lit"}).needs("heavy") == ("force", "light")
+    assert STAGES["heavy"].all_needs == ("force", "light")
 
 
 def test_an_unknown_setting_is_named_with_what_there_is(chain):

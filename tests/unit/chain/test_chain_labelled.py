@@ -21,9 +21,9 @@ NIPPLES = {"left": (75.0, -60.0, -10.0), "right": (-65.0, -60.0, 10.0)}
 RADIUS = 50.0  # of both breasts
 
 
-def two_breasts() -> LabelMap:
+def two_breasts(spacing: float | tuple[float, float, float] = H) -> LabelMap:
     """Two cones of fat on a slab of fat, muscle and rib cage whose front is at y = 0 mm."""
-    grid = grid_around(np.array([-150.0, -80.0, -120.0]), np.array([150.0, 60.0, 120.0]), H)
+    grid = grid_around(np.array([-150.0, -80.0, -120.0]), np.array([150.0, 60.0, 120.0]), spacing)
     p = grid.centres().reshape(*grid.shape, 3)
     x, y, z = np.moveaxis(p, -1, 0)
     values = np.zeros(grid.shape, np.uint8)
@@ -59,6 +59,29 @@ def test_the_chest_is_cut_beyond_the_slices_in_which_a_breast_stands_out(labels)
     wide = RADIUS * 5 / 6 + 20
     assert (low[2], high[2]) == pytest.approx((-10 - wide, 10 + wide), abs=1.5 * H)
     assert low[1] == high[1] == pytest.approx(0.0, abs=H), "the skin of the midline"
+
+
+def round_ribs(labels: LabelMap) -> LabelMap:
+    """The rib cage as a cylinder: tissue beside it is not far from it, though far in front of its middle."""
+    p = labels.grid.centres().reshape(*labels.grid.shape, 3)
+    ribs = np.hypot(p[..., 0] - 5, p[..., 1] - 120) < 100
+    soft = np.where(labels.values == Label.THORAX, np.uint8(Label.ADIPOSE), labels.values)
+    return replace(labels, values=np.where(ribs & (soft > 0), np.uint8(Label.THORAX), soft))
+
+
+def test_voxels_that_are_no_cubes_change_nothing():
+    flat = round_ribs(two_breasts((H / 2, H, 2 * H)))
+    found = nipples(flat)
+    for side, place in NIPPLES.items():
+        assert np.abs(found.point(f"nipple_{side}") - place).max() < 1.5 * 2 * H
+    low, high = chest_limits(flat, found)
+    wide = RADIUS * 5 / 6 + 20
+    assert (low[2], high[2]) == pytest.approx((-10 - wide, 10 + wide), abs=1.5 * 2 * H)
+
+
+def test_breasts_of_gland_alone_can_be_used(labels):
+    gland = np.where(labels.values == Label.ADIPOSE, np.uint8(Label.GLANDULAR), labels.values)
+    assert usable_labels(replace(labels, values=gland), "mine.nii").values is gland
 
 
 def test_labels_without_rib_cage_or_breasts_say_what_to_mark(labels):

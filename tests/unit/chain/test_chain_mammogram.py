@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_breast import small_chain
 
 from mammosim.chain.calcifications import SearchSettings
 from mammosim.chain.image_chain import Acquisition, Equipment, ImageChain, Tube
@@ -15,12 +16,15 @@ from mammosim.chain.mammogram import (
     tissue_materials,
     xray_phantom,
 )
+from mammosim.chain.phantom import healthy
+from mammosim.chain.photons import ExposedDose
 from mammosim.chain.tomosynthesis import ScanSettings
 from mammosim.core.errors import ConfigurationError, XrayError
 from mammosim.core.labels import Label
 from mammosim.core.rng import generator
 from mammosim.core.settings import read
 from mammosim.core.volume import LabelMap, grid_around
+from mammosim.xray.dose import GlandularDose
 from mammosim.xray.spectrum import monoenergetic
 from mammosim.xray.views import mammography_geometry
 
@@ -61,6 +65,22 @@ def shot(labels, mas, stream, scatter=None):
 def test_every_tissue_that_can_be_in_the_breast_has_a_material():
     needed = {Label.AIR, Label.ADIPOSE, Label.GLANDULAR, Label.SKIN, Label.MUSCLE, Label.LESION}
     assert needed <= set(tissue_materials())
+
+
+def test_the_exposure_of_a_breast_is_that_without_its_lesion(breast, repository):
+    """A lesion is denser than gland: looked through, it would take some percent more."""
+
+    def exposure(labels):
+        given = {"phantom": labels, "geometry": geometry(labels, 2.0), "spectrum": SPECTRUM}
+        return small_chain(repository).given(given)["exposure"]
+
+    assert exposure(breast) == pytest.approx(exposure(healthy(breast)), rel=1e-12)
+
+
+def test_dose_and_its_error_grow_with_the_exposure(repository):
+    dose = GlandularDose(0.02, 0.001, 0.1, 300.0)
+    found = small_chain(repository).given({"dose": dose, "exposure": 70.0})["exposed_dose"]
+    assert found == ExposedDose(pytest.approx(1.4), pytest.approx(0.07))
 
 
 def test_the_lesion_darkens_its_own_shadow_and_nothing_else(breast):

@@ -1,5 +1,8 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from small_breast import small_chain
 
 from mammosim.chain.phantom import (
     Lesion,
@@ -13,6 +16,7 @@ from mammosim.chain.phantom import (
 )
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
+from mammosim.core.rigid import RigidTransform, rotation
 from mammosim.core.volume import LabelMap, grid_around
 
 EVERYWHERE = (np.full(3, -np.inf), np.full(3, np.inf))
@@ -144,6 +148,22 @@ def test_a_lesion_moves_with_the_tissue_and_keeps_its_volume_times_J(block, segm
     # About 4000 voxels, 1500 of them on the surface, each in or out by a fair coin: 20 / 4000 is one sigma.
     assert len(where) * grid.voxel_volume == pytest.approx(lesion.volume_mm3 * s.prod(), rel=0.02)
     assert np.ptp(where[:, 2]) < np.ptp(where[:, 0]) / 2
+
+
+def test_the_lesion_of_a_breast_lies_straight_behind_her_nipple_as_she_was_measured(block, repository):
+    measured, motion = block(), RigidTransform(rotation(np.array([10.0, 20.0, -30.0])), np.full(3, 4.0))
+    mesh = measured.moved_to(motion(measured.points))
+    grid = field_grid(mesh, *EVERYWHERE, voxel_mm=1.0)
+    given = {
+        "breast": SimpleNamespace(nipple=np.array([14.0, 0.0, 16.0]), to_reference=motion),
+        **{"mesh": mesh, "pressed": SimpleNamespace(mesh=mesh)},
+        "healthy_phantom": LabelMap(grid, np.full(grid.shape, Label.ADIPOSE, np.uint8)),
+    }
+    chain = small_chain(repository).with_settings({"xray.lesion": {"diameter_mm": 8.0, "depth_mm": 12.0}})
+    values = chain.given(given)["phantom"].values
+    where = motion.inverse()(grid.points(np.argwhere(values == Label.LESION).astype(float)))
+    np.testing.assert_allclose(where.mean(axis=0), [14.0, 12.0, 16.0], atol=0.2)
+    assert np.linalg.norm(where - [14.0, 12.0, 16.0], axis=1).max() <= 4.0 + 1e-9
 
 
 def test_a_lesion_outside_the_breast_is_rejected(block, segmented):

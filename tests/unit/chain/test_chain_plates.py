@@ -2,14 +2,20 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from small_breast import small_chain
 
 from mammosim.chain.beam import spectrum_from, spectrum_table
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts
 from mammosim.core.errors import MeshError
+from mammosim.core.labels import Label
+from mammosim.core.rigid import IDENTITY
+from mammosim.core.tissues import Tissue
+from mammosim.mechanics.body import Body
 from mammosim.study.report.headlines import headlines
 from mammosim.study.report.summary import entries
 from mammosim.xray.spectrum import monoenergetic
@@ -38,6 +44,21 @@ def test_plates_keep_clear_of_the_skin_of_the_chest_above_and_below_the_breast(b
         mesh.moved_to(x), np.array([150.0, -60.0, 150.0]), plate_mm=PLATE_MM, chest_gap_mm=10.0
     )
     assert plate_facts(plates, 16.0)["chest_y_mm"] == pytest.approx(-1.0)
+
+
+def test_between_the_plates_weight_pulls_to_the_floor_on_which_she_stands(block, repository):
+    mesh = block(2)
+    given = {
+        **{"mesh": mesh, "stress_free": SimpleNamespace(mesh=mesh)},
+        "breast": SimpleNamespace(nipple=np.array([15.0, 0.0, 15.0]), to_reference=IDENTITY),
+        "pressed_body": Body({Label.ADIPOSE: Tissue(1.0, 0.45, 1.0)}),
+    }
+    bare = small_chain(repository, without=("weight",)).given(given)["press_setup"].effects
+    heavy = small_chain(repository, also=("weight",)).given(given)["press_setup"].effects
+    (weight,) = heavy[len(bare) :]
+    # 27 cm3 of 1 g/cm3, a millimetre lower: 0.027 kg x 9.81 m/s2 x 1 mm in uJ; nothing forwards or aside.
+    moved = [weight.energy(mesh.points + step) - weight.energy(mesh.points) for step in -np.eye(3)]
+    assert moved == pytest.approx([0.0, 0.0, -0.027 * 9.81e3], rel=1e-9, abs=1e-6)
 
 
 def test_plates_that_reach_no_skin_are_rejected(block):

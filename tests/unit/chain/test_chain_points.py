@@ -79,6 +79,11 @@ def test_normals_follow_a_face_that_bends(block):
     np.testing.assert_allclose(held.normals(bent), expected, atol=1e-9)
 
 
+def test_points_are_held_by_the_boundary_that_is_named(block):
+    held = MaterialPoints.on(block(), np.array([[15.0, -3.0, 15.0]]), boundary="posterior")
+    np.testing.assert_allclose(held.offset_mm, 33.0)  # of the face at y = 30 mm
+
+
 def test_a_mesh_without_skin_is_rejected(block):
     with pytest.raises(MeshError, match="no boundary 'areola'"):
         MaterialPoints.on(block(), np.zeros((1, 3)), boundary="areola")

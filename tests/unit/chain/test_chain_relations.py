@@ -176,3 +176,13 @@ def test_entries_of_groups_and_lists_are_found_by_a_star():
     assert entries(values, "a.*") == [(("a", "x"), [1, 2]), (("a", "y"), [3])]
     assert entries(values, "a.x.*") == [(("a", "x", 0), 1), (("a", "x", 1), 2)]
     assert entries(values, "a.z") == []
+
+
+def test_limits_of_other_keys_belong_to_them_and_equal_neighbours_neither_rise_nor_fall():
+    assert words_of({"xray": {"runs": {"least": 3, "most": 3}}}, "peers") == []
+    for name, values in {
+        "morph.stiffness_kpa_per_mm": [0.1, 0.1],
+        "registration.smoothing_mm": [4.0, 4.0],
+    }.items():
+        (told,) = words_of(changed(CONFIG, name, values))
+        assert "than the one before" in told

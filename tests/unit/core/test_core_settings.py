@@ -1,14 +1,27 @@
 """Settings: what is written is what is meant, or the key that is not is named with its limits."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 import numpy as np
 import pytest
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.core.settings import Limits, OneOf, Settings, SomeOf, Unchecked, named_words, read, words
+from mammosim.core.settings import (
+    Limits,
+    OneOf,
+    Positive,
+    Settings,
+    SomeOf,
+    Unchecked,
+    looked_up,
+    named_words,
+    read,
+    require_positive,
+    require_within,
+    words,
+)
 
 
 @dataclass(frozen=True)
@@ -102,3 +115,63 @@ def test_an_error_names_the_path_of_keys(values, message):
 def test_settings_are_said_in_words():
     assert named_words(RoundPlate(3.0)) == "round plate radius mm 3"
     assert words(Plate(2.5)) == "width mm 2.5, count 1, kind flat"
+    assert words(Plate(2.5, count=0)) == "width mm 2.5, count 0, kind flat", "what is 0 is set"
+
+
+@pytest.mark.parametrize(
+    ("limits", "inside", "outside", "words"),
+    [
+        (Limits(at_least=0, at_most=1), (0, 1), (-0.1, 1.1), "[0, 1]"),
+        (Limits(above=0, below=1), (0.1, 0.9), (0, 1), "(0, 1)"),
+        (Limits(at_most=1), (-1e9, 1), (1.1,), "(-inf, 1]"),
+        (Limits(at_least=0), (0, 1e9), (-0.1,), "[0, inf)"),
+    ],
+)
+def test_the_ends_of_limits_belong_to_them_as_their_brackets_say(limits, inside, outside, words):
+    for x in inside:
+        limits.require(x, "x")
+    for x in outside:
+        with pytest.raises(ConfigurationError) as error:
+            limits.require(x, "x")
+        assert str(error.value) == f"x = {x:g} is outside {words}; change it"
+
+
+def test_numbers_of_an_object_that_checks_itself_are_all_checked_and_ends_are_within():
+    plate = Plate(2.0, count=0)
+    require_positive(plate, "width_mm")
+    with pytest.raises(ConfigurationError, match=r"count = 0 is outside \(0, inf\)"):
+        require_positive(plate, "width_mm", "count")
+    require_within("x", 1.0, 1.0, 2.0)
+    require_within("x", 2.0, 1.0, 2.0)
+
+
+@dataclass(frozen=True)
+class Table(Settings):
+    legs: dict = field(default_factory=dict)
+    height_mm: Positive | tuple[float, ...] = 700.0
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.height_mm == 1.0:
+            raise ConfigurationError("height_mm = 1 is no table")
+
+
+def test_what_has_a_default_may_be_left_out_and_whole_numbers_become_those_of_their_kind():
+    assert read(Table, {}, "table") == Table({}, 700.0)
+    assert type(read(Plate, {"width_mm": 5}, "plate").width_mm) is float
+
+
+def test_of_several_kinds_the_first_says_what_is_wrong():
+    assert read(Table, {"height_mm": [1, 2]}, "table").height_mm == (1.0, 2.0)
+    with pytest.raises(ConfigurationError, match=r"table\.height_mm = -1 is outside \(0, inf\)"):
+        read(Table, {"height_mm": -1}, "table")
+
+
+def test_what_an_object_rejects_is_told_with_its_place():
+    with pytest.raises(ConfigurationError, match=r"^room\.table: height_mm = 1 is no table$"):
+        read(Table, {"height_mm": 1.0}, "room.table")
+
+
+def test_settings_are_looked_up_by_the_name_of_their_group():
+    values = {"plate.width_mm": 5, "plate.count": 2, "plate.kind": "bent"}
+    assert looked_up(Plate, values.__getitem__, "plate") == Plate(5.0, 2, "bent")

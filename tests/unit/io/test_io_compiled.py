@@ -4,7 +4,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core.caching import IndexDataCacheFile
+
+from mammosim.io.compiled import njit
 
 KERNEL = """
 from mammosim.io.compiled import njit
@@ -56,3 +60,22 @@ def test_without_any_place_for_a_cache_kernels_still_run(run, tmp_path):
     nowhere = str(tmp_path / "file" / "cache")
     code, printed, error = run(NUMBA_CACHE_DIR=nowhere, XDG_CACHE_HOME=nowhere, HOME=nowhere)
     assert (code, printed) == (0, "42"), error
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(IndexDataCacheFile, "_save_index", full)
+    assert IndexDataCacheFile(str(tmp_path), "kernel", "today").save("twice", "code") is None
+
+
+def test_a_kernel_that_cannot_be_compiled_for_another_reason_says_so(monkeypatch):
+    def fails(*, cache):
+        if cache:
+            raise RuntimeError("no such target")
+        return lambda kernel: kernel
+
+    monkeypatch.setattr(numba, "njit", fails)
+    with pytest.raises(RuntimeError, match="no such target"):
+        njit(cache=True)(lambda x: x)

@@ -48,14 +48,17 @@ def test_a_table_is_read_without_the_rows_in_the_place_of_missing_results(tmp_pa
     both = pd.concat([read_rows(tmp_path / name) for name in ("small.csv", "large.csv")])
     write_table(both, tmp_path / "all.csv")
     pd.testing.assert_frame_equal(read_table(tmp_path / "all.csv"), there)
-    assert read_rows(tmp_path / "all.csv").outcome.tolist()[1] == f"missing: {WHY}"
+    (_, gone) = read_rows(tmp_path / "all.csv").to_dict("records")
+    assert gone["outcome"] == f"missing: {WHY}"
+    assert {name: gone[name] for name in JOB} == JOB, "whose result it is"
     pd.testing.assert_frame_equal(read_those_there([tmp_path / "large.csv", tmp_path / "small.csv"]), there)
 
 
 def test_outcomes_that_are_no_missing_results_stay(tmp_path):
-    rows = pd.DataFrame({"E": [1.0, 0.1], "outcome": ["converged", "failed: unstable"]})
-    write_table(rows, tmp_path / "all.csv")
-    pd.testing.assert_frame_equal(read_table(tmp_path / "all.csv"), rows)
+    for outcomes in (["converged", "failed: its start is missing: unstable"], [np.nan, np.nan]):
+        rows = pd.DataFrame({"E": [1.0, 0.1], "outcome": outcomes})
+        write_table(rows, tmp_path / "all.csv")
+        pd.testing.assert_frame_equal(read_table(tmp_path / "all.csv"), rows)
 
 
 def test_a_picture_says_why_another_one_is_missing(tmp_path):

@@ -76,3 +76,61 @@ def test_the_digest_is_the_same_wherever_the_package_lies(sources, tmp_path):
     moved = shutil.move(tmp_path / "here", tmp_path / "there")
     there = Sources(moved / "src", frozenset({moved / "src/mammosim/index.py"}))
     assert there.digest([there.package / "a.py"]) == before
+
+
+def test_all_that_is_depended_on_is_named_with_the_file_itself_and_no_file_twice(sources):
+    package = sources.package
+    (package / "b.py").write_text("from mammosim import a\nVALUES = tabulated('values')\n")  # a circle
+    needed = [package / name for name in ("a.py", "b.py", "io/data/values.csv")]
+    assert sources.dependencies([package / "a.py"]) == needed
+    assert sources.dependencies([package / "c.py"]) == [package / "c.py"]
+
+
+def test_a_script_outside_the_package_counts_with_what_it_imports(sources):
+    script = sources.src / "script.py"
+    digests = set()
+    for text in ("from mammosim import a\n", "from mammosim import a\n# edited\n", "import mammosim.c\n"):
+        script.write_text(text)
+        digests.add(Sources(sources.src, sources.left_out).digest([script]))
+    (sources.package / "c.py").write_text("# edited\n")
+    digests.add(Sources(sources.src, sources.left_out).digest([script]))
+    assert len(digests) == 4
+
+
+def test_a_script_counts_with_those_beside_it_that_it_imports(sources, repository):
+    """They name the columns of its tables, and what stands in the place of an output that is missing."""
+    script = sources.src / "script.py"
+    script.write_text("import _stage\nimport numpy as np\n")
+    (sources.src / "_stage.py").write_text("import _log\n")
+    digests = set()
+    for text in ("", "# edited\n"):
+        (sources.src / "_log.py").write_text(text)
+        digests.add(Sources(sources.src).digest([script]))
+    assert len(digests) == 2
+    folder = repository / "workflow/scripts"
+    found = Sources(repository / "src").read(folder / "table.py")[0]
+    assert folder / "_stage.py" in found
+
+
+def test_a_package_that_is_a_folder_is_what_its_own_file_says(sources):
+    folder = sources.package / "parts"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("from mammosim import c\n")
+    (sources.package / "c.py").write_text("from mammosim import parts\n")
+    assert sources.dependencies([sources.package / "c.py"]) == [
+        sources.package / "c.py",
+        folder / "__init__.py",
+    ]
+
+
+def test_every_table_and_template_of_the_package_is_known_to_be_read(repository):
+    """Some tables are the references of tests alone."""
+    sources = Sources(repository / "src")
+    files = (file for folder in ("src", "workflow", "tests") for file in (repository / folder).rglob("*.py"))
+    found = {path for file in files for path in sources.read(file)[0]}
+    kept = [
+        *(sources.package / "io/data").glob("*.csv"),
+        *(sources.package / "study/report/templates").iterdir(),
+    ]
+    assert len(kept) > 15
+    assert set(kept) - found == set()

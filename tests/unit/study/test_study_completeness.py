@@ -5,11 +5,14 @@ import pandas as pd
 from mammosim.study.jobs.completeness import completeness_sentence, missing_results
 from mammosim.study.jobs.last_words import missing_in_brief
 
+SIDES = ("left", "right")
 JOB = {"volunteer": "large", "side": "left", "strategy": "squash", "moduli": "gravity"}
 
 
 def test_each_reason_is_named_once_with_what_lacks_it():
-    gone = pd.DataFrame([{**JOB, "outcome": "missing: mesh large prone: open"}])
+    gone = pd.DataFrame(
+        [{**JOB, "side": side, "outcome": "missing: mesh large prone: open"} for side in SIDES]
+    )
     tables = {"image": gone, "dose": gone, "sweep": pd.DataFrame({"outcome": ["converged", "failed: soft"]})}
     found = missing_results(tables, {"mammogram_large": "mesh large prone: open", "sweep": None})
     assert found.values.tolist() == [["mesh large prone: open", "image, dose", "mammogram_large"]]

@@ -45,6 +45,8 @@ def test_a_strategy_that_no_woman_can_bear_is_named(study):
     (small, large) = said(settings, strategies, systems)
     assert "squash would press small to 13.5 mm, and compression.smallest_mm is 20" in small
     assert "large to 18 mm" in large
+    settings["compression"]["smallest_mm"] = 13.5
+    assert said(settings, strategies, systems) == [], "the least that is allowed is allowed"
 
 
 def test_a_pressure_that_is_not_stated_for_a_set_of_moduli_is_named(study):
@@ -67,6 +69,10 @@ def test_a_detector_smaller_than_the_plates_is_named(study):
     settings["xray"]["field_mm"]["width"] = 100.0
     (words,) = said(settings, strategies, systems)
     assert "xray.field_mm.width = 100 holds no breast as wide as the plates" in words
+    width, source = settings["compression"]["plate_mm"]["width"], settings["xray"]["source_to_detector_mm"]
+    top = settings["xray"]["support_to_detector_mm"] + settings["compression"]["smallest_mm"]
+    shadow = f"{width / (1 - top / source):.0f} mm"  # by similar triangles, wider than the plates
+    assert f"whose shadow is {shadow}: images" in words
 
 
 @pytest.mark.parametrize(
@@ -77,6 +83,7 @@ def test_a_detector_smaller_than_the_plates_is_named(study):
         ("compression", "moduli", "gravity", "compression.moduli = 'gravity'"),
         ("xray", "source_to_detector_mm", "650", "xray.source_to_detector_mm = '650'"),
         ("xray", "source_to_detector_mm", 30.0, "xray.source_to_detector_mm = 30 leaves no room"),
+        ("xray", "source_to_detector_mm", 40.0, "xray.source_to_detector_mm = 40 leaves no room"),
     ],
 )
 def test_settings_of_which_nothing_can_be_foreseen_are_rejected_by_their_path(

@@ -48,6 +48,7 @@ def test_many_failures_fit_on_a_screen(said):
     lines = said(40, 0)
     assert len(lines) <= 15
     assert "  and 35 other jobs" in lines
+    assert "other" not in "".join(said(5, 0)), "all five are named"
 
 
 def test_a_run_that_was_stopped_says_so(said):
@@ -61,4 +62,5 @@ def test_an_old_log_is_not_taken_for_that_of_the_failure(tmp_path):
     log = tmp_path / "job.log"
     log.write_text(LOG)
     assert Failure("mesh", log).lines(since=log.stat().st_mtime + 1) == [f"  mesh: {NO_LOG}"]
+    assert len(Failure("mesh", log).lines(since=log.stat().st_mtime)) == 2, "written as the run began"
     assert Failure("mesh", None).lines(since=0.0) == [f"  mesh: {NO_LOG}"]

@@ -97,6 +97,12 @@ def test_a_job_that_runs_too_long_raises_what_is_left_before_it_ends():
     left = [estimate.left(needs, rules, now) for now in (0.0, 30.0, 60.0, 120.0, 600.0)]
     assert left[:2] == pytest.approx([240.0, 210.0])
     assert left[2] < left[3] < left[4]
+    # 1.25 x 600 s are learned of one job, less than half is believed: then a quarter of its time once more.
+    assert estimate.left({"job 0": []}, rules, 600.0) == pytest.approx(150.0)
+
+
+def test_a_rule_that_nothing_is_known_of_takes_some_time():
+    assert TimeLeft(TABLE, 1).left({"new": []}, {"new": "unheard_of"}, 0.0) == pytest.approx(2.0)
 
 
 def test_a_chain_of_jobs_cannot_be_shared():

@@ -2,6 +2,7 @@
 
 import ctypes
 import importlib.util
+import runpy
 import sys
 
 import pytest
@@ -32,3 +33,15 @@ def test_an_old_python_is_rejected(check_system, monkeypatch):
 def test_this_machine_is_fit(check_system):
     assert check_system.python_problem() is None
     assert check_system.library_problem() is None
+
+
+def test_python_is_looked_at_before_the_environment_is_built_and_libraries_after(repository, monkeypatch):
+    def refused(name):
+        raise OSError(name)
+
+    monkeypatch.setattr(ctypes, "CDLL", refused)
+    monkeypatch.setattr(sys, "version_info", (3, 10, 2))
+    for when, words in {"before": "Python 3.10.2 is too old", "after": "gmsh needs system libraries"}.items():
+        monkeypatch.setattr(sys, "argv", ["check_system.py", when])
+        with pytest.raises(SystemExit, match=f"cannot be installed yet. {words}"):
+            runpy.run_path(str(repository / "tools/check_system.py"), run_name="__main__")

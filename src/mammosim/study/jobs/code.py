@@ -13,6 +13,7 @@ IMPORT = re.compile(
 )
 TABLE = re.compile(r"\btabulated\(\s*[\"'](\w+)[\"']")
 TEMPLATE = re.compile(r"\btemplate\(\s*[\"']([\w.]+)[\"']")
+BESIDE = re.compile(r"^import[ \t]+(_\w+)$", re.MULTILINE)
 NAME = re.compile(r"\w+(?:[ \t]+as[ \t]+\w+)?")
 
 
@@ -40,7 +41,7 @@ class Sources:
         return found.hexdigest()[:16]
 
     def dependencies(self, files: Iterable[Path]) -> list[Path]:
-        """Every file of the package that these depend on, directly or not; those of the package included."""
+        """Every file that these depend on, directly or not; those of the package themselves included."""
         open_files = list(files)
         found = {path for path in open_files if self.package in path.parents}
         while open_files:
@@ -51,16 +52,17 @@ class Sources:
         return sorted(found)
 
     def read(self, file: Path) -> tuple[tuple[Path, ...], bytes]:
-        """The package files that one file names, and the digest of its content."""
+        """The files that one file names, of the package or beside it, and the digest of its content."""
         if file not in self._read:
             content = file.read_bytes()
-            named = self._named(content.decode()) if file.suffix == ".py" else ()
+            named = self._named(content.decode(), file.parent) if file.suffix == ".py" else ()
             self._read[file] = (named, sha256(content).digest())
         return self._read[file]
 
-    def _named(self, text: str) -> tuple[Path, ...]:
+    def _named(self, text: str, folder: Path) -> tuple[Path, ...]:
         modules = [self.src / Path(*name.split(".")) for name in dict.fromkeys(imported(text))]
         found = [path for module in modules for path in (module.with_suffix(".py"), module / "__init__.py")]
+        found += [folder / f"{name}.py" for name in BESIDE.findall(text)]  # what scripts share
         found += [self.package / "io" / "data" / f"{name}.csv" for name in tables(text)]
         found += [self.package / "study" / "report" / "templates" / name for name in templates(text)]
         return tuple(path for path in found if path.exists())
