@@ -120,6 +120,8 @@ def stems(folder):
     return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("*.yaml")})
 
 
+if os.path.lexists("results") and not Path("results").is_dir():
+    raise WorkflowError(f"{Path('results').absolute()} is no folder; move it, or run the study with --directory elsewhere")
 GIVEN = given_settings()
 KNOWN = known_names()
 checked(config, "config", GIVEN, known=KNOWN)

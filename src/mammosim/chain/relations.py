@@ -38,6 +38,11 @@ def _among(value: Any, known: Any, other: str) -> str:
     )
 
 
+def _preset(value: Any, known: Any, other: str) -> str:
+    """Of an accuracy that is a name, and no group of errors."""
+    return _among(value, known, other) if isinstance(value, str) else ""
+
+
 def _less(value: Any, limit: Any, other: str) -> str:
     return "" if value < limit else f"must be less than {other} = {limit:g}"
 
@@ -107,6 +112,11 @@ RELATIONS: Mapping[str, tuple[Relation, ...]] = {
         Relation("compression.thresholds.*", _rising, "", ORDER),
         Relation("morph.stiffness_kpa_per_mm", _rising, "", "put the weakest first"),
         Relation("registration.smoothing_mm", _falling, "", "put the coarsest level first"),
+    ),
+    "scene": (
+        Relation("tissues", _among, TISSUES, TAKE),
+        Relation("load.strategy", _among, STRATEGIES, "describe it there, or take one of these"),
+        Relation("accuracy", _preset, ACCURACIES, "take one of these, or state errors"),
     ),
     "accuracy": (Relation("volunteer", _among, VOLUNTEERS, "take one of these"),),
     "recovery": (

@@ -192,3 +192,15 @@ def test_entries_of_groups_and_lists_are_found_by_a_star():
 def test_numbers_that_no_float_holds_are_left_to_their_limits():
     values = changed(CONFIG, "propagation", {"draws": 10**400, "pressed": 10**401})
     assert words_of(values) == []
+
+
+def test_a_scene_names_what_files_describe_or_states_errors():
+    scene = {"tissues": "soft", "load": {"strategy": "tilted"}, "accuracy": {"force_n": 0.1}}
+    assert words_of(scene, "scene") == []
+    found = "\n".join(words_of({"tissues": "hard", "load": {"strategy": "hug"}, "accuracy": "fast"}, "scene"))
+    for words in (
+        "tissues = 'hard'",
+        "load.strategy = 'hug': 'hug' is not in",
+        "accuracy = 'fast': 'fast' is not in",
+    ):
+        assert words in found
