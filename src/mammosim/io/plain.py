@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 
 from mammosim.core.errors import ConfigurationError
@@ -47,6 +47,6 @@ def _rows(path: str | Path, separator: str) -> list[dict[str, str]]:
     return [dict(zip(columns, row)) for row in rows]
 
 
-def repeated(keys: list[Hashable]) -> list[Hashable]:
+def repeated(keys: Sequence[Hashable]) -> list[Hashable]:
     """Those that stand more than once, each once."""
     return list(dict.fromkeys(key for n, key in enumerate(keys) if key in keys[:n]))
