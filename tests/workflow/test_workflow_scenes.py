@@ -129,7 +129,10 @@ def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished,
         (("scatter,", "scater,"), "no effect 'scater'; choose among:"),
         (("strategy: gentle", "strategy: gentel"), "no strategy 'gentel'; choose one of: standard"),
         (("title:", "tittle:"), "did you mean 'title'?"),
-        (("accuracy: draft", "accuracy: fast"), "no preset 'fast'; choose one of:"),
+        (
+            ("accuracy: draft", "accuracy: fast"),
+            "accuracy = 'fast': 'fast' is not in study and config/accuracy",
+        ),
     ],
 )
 def test_a_scene_that_cannot_be_meant_is_rejected_with_what_to_write(study, tmp_path, change, words):

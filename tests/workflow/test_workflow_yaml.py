@@ -72,6 +72,19 @@ def test_json_is_read_whatever_its_indentation(read, written):
         ("a: 1\n b: 2\n", "mine.yaml, line 2: mapping values are not allowed"),
         ("a: 1\n---\nb: 2\n", "mine.yaml, line 2: but found another document"),
         ("a: *none\n", "mine.yaml, line 1: found undefined alias"),
+        ("a: &a [1, *a]\n", "mine.yaml, line 1: what begins here holds itself; write it out"),
+        ("a: &a {b: *a}\n", "mine.yaml, line 1: what begins here holds itself"),
+        (
+            "a: 2024-13-45\n",
+            "line 1: 2024-13-45 is no timestamp that can be read; correct it, or put it in quotes",
+        ),
+        ("a: 1\nb: !!int abc\n", "line 2: abc is no int that can be read"),
+        ("a: !!bool 5\n", "line 1: 5 is no bool that can be read"),
+        (
+            "a: " + "9" * 5000 + "\n",
+            "line 1: 9999999999999999999999999999999999999... is no int that can be read",
+        ),
+        ("a: " + "[" * 1500 + "]" * 1500 + "\n", "mine.yaml: lists in lists, too many to be read"),
         ("a: !!python/name:os.system x\n", "mine.yaml, line 1: could not determine a constructor"),
     ],
 )
@@ -82,6 +95,11 @@ def test_what_cannot_be_read_is_named_by_file_line_and_cause(read, written, cont
     assert str(error.value).startswith(str(path))
     assert words in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_key_of_json_stands_once(read, written):
+    with pytest.raises(ConfigurationError, match=r"mine\.json: 'b' is given twice; correct it"):
+        read(written('{"a": {"b": 1, "b": 2}}', "mine.json"))
 
 
 def test_a_folder_and_a_missing_file_are_named(read, tmp_path):

@@ -1,5 +1,6 @@
 # What every .smk file shares: where things are, and how settings are read and checked.
 import os
+import re
 import runpy
 import shlex
 import sys
@@ -74,28 +75,44 @@ def checked_overrides(values, file):
 def known_names():
     """Names that settings may choose from and that stand in files, whatever else is wrong with the settings."""
     tissues, scenes, accuracies = (stems(f"config/{folder}") for folder in ("tissues", "scenes", "accuracy"))
-    strategies, recovery, table = map(file_of, ("compression.strategies_file", "recovery", "volunteer_table"))
+    files = {key: file_of(key) for key in relations.NAMING}
+    strategies, recovery, table = (files[key] for key in ("compression.strategies_file", "recovery", "volunteer_table"))
     women = [place[-1] for place, _ in relations.entries(config, "digital.women.*")]
     seeds = [seed for _, seed in relations.entries(recovery and read_yaml(recovery), "seeds.*")]
     made = [f"made_{seed:02d}" for seed in seeds if isinstance(seed, int)]
     found = {
         relations.WOMEN: women,
+        relations.FILES: [file for file in files.values() if file],
         relations.TISSUES: tissues,
         relations.MODULI: ["gravity", *tissues],
         relations.SCENES: scenes,
         relations.ACCURACIES: ["study", *(name for name in accuracies if not name.startswith("parameters"))],
     }
-    if strategies:
-        found[relations.STRATEGIES] = list(read_yaml(strategies) or [])
-    if table and Path(home(table)).is_file():
-        listed = [row["volunteer"] for row in read_plain(home(table)) if "volunteer" in row]
+    if strategies and isinstance(described := read_yaml(strategies), dict):
+        found[relations.STRATEGIES] = list(described)
+    if table:
+        listed = [row["volunteer"] for row in rows_of(table, [*women, *made])]
         found[relations.VOLUNTEERS] = list(dict.fromkeys([*listed, *women, *made]))
     return found
 
 
+def rows_of(table, digital):
+    """The rows of the table of volunteers; every volunteer of the study has one, but for digital ones."""
+    named = [name for _, name in relations.entries(config, "volunteers.*") if isinstance(name, str)]
+    try:
+        rows = read_plain(home(table))
+        configuration.check_columns(rows, file=table)
+        whom = [name for name in named if re.fullmatch("[a-z0-9_]+", name) and name not in digital]
+        configuration.check_listed(rows, whom, file=table)
+    except ConfigurationError as error:
+        raise WorkflowError(f"ConfigurationError: {error}") from None
+    return rows
+
+
 def file_of(setting):
-    """The file that a setting names, None where it is no text."""
-    return next((file for _, file in relations.entries(config, setting) if isinstance(file, str)), None)
+    """The file that a setting names, None where it is no text, or there is no such file."""
+    named = [file for _, file in relations.entries(config, setting) if isinstance(file, str)]
+    return next((file for file in named if Path(home(file)).is_file()), None)
 
 
 def stems(folder):
@@ -103,6 +120,8 @@ def stems(folder):
     return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("*.yaml")})
 
 
+if os.path.lexists("results") and not Path("results").is_dir():
+    raise WorkflowError(f"{Path('results').absolute()} is no folder; move it, or run the study with --directory elsewhere")
 GIVEN = given_settings()
 KNOWN = known_names()
 checked(config, "config", GIVEN, known=KNOWN)

@@ -1,10 +1,6 @@
 # The breast between paddle and support, by several strategies and with several sets of moduli.
 COMPRESSION = config["compression"]
 WAYS = checked(read_yaml(COMPRESSION["strategies_file"]), "compression", [COMPRESSION["strategies_file"]])
-try:
-    configuration.check_thicknesses(COMPRESSION["thickness_mm"], config["volunteers"])
-except ConfigurationError as error:
-    raise WorkflowError(f"ConfigurationError: {error}") from None
 STRATEGIES = known_strategies(COMPRESSION["strategies"], WAYS)
 MODULI = COMPRESSION["moduli"]
 [moduli_table(name) for name in MODULI]  # each is there and complete

@@ -16,7 +16,7 @@ PRESETS = sorted(p.stem for p in (HOME / "config/accuracy").glob("*.yaml") if no
 def known_scene(name):
     """The scene of config/scenes/{name}.yaml, with what it leaves to the study; rejected if it asks for what cannot be."""
     file = f"config/scenes/{name}.yaml"
-    given = checked(read_yaml(file), "scene", [file])
+    given = checked(read_yaml(file), "scene", [file], known=KNOWN)
     values = {"volunteer": WOMEN[0], "side": COMPRESSION["sides"][0], "accuracy": SCREENING["accuracy"]} | given
     try:
         scene = Scene.of(name, values)

@@ -3,7 +3,6 @@ from types import SimpleNamespace
 
 from mammosim.chain import allowed
 from mammosim.core.positions import GRAVITY
-from mammosim.io.plain import read_plain
 
 
 def tissue_table(name):
@@ -22,19 +21,23 @@ def volunteer_table(file):
 
     A digital woman who has no row there gets hers: where the rules that make her put her scans.
     """
-    listed = read_plain(home(file))
-    given = [row for row in listed if row["volunteer"] in config["volunteers"]]
+    given = [row for row in rows_of(file, DIGITAL) if row["volunteer"] in config["volunteers"]]
     made = [w for w in DIGITAL if w not in {row["volunteer"] for row in given}]
     rows = [*given, *(digital_row(w, p) for w in made for p in scanned_positions(w))]
     try:
-        configuration.check_listed(listed, [v for v in config["volunteers"] if v not in made], file=file)
-        configuration.check_volunteers(rows, file=file)
+        configuration.check_volunteers(rows, file=file, there=is_there, digital=DIGITAL)
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
     return {
         (row["volunteer"], row["position"]): SimpleNamespace(**{name: row.get(name) or "" for name in COLUMNS})
         for row in rows
     }
+
+
+def is_there(path):
+    """Whether a path of the table is there, or the study may make it."""
+    made = tuple(f"results/raw/{woman}/" for woman in DIGITAL)
+    return Path(path).exists() or (path.startswith("results/") and (path.startswith(made) or "/raw/" not in path))
 
 
 def scanned_positions(woman):

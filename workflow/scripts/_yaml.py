@@ -21,6 +21,19 @@ UTF16 = (b"\xff\xfe", b"\xfe\xff")
 class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
     """YAML whose keys are text and stand once, and whose numbers are decimal, 2e-1 too."""
 
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        """What a node is, with all that is in it: so what holds itself is found, and rejected.
+
+        A value that is none of its kind, as the date 2024-13-45, is rejected by its line, too.
+        """
+        if node in self.recursive_objects:
+            _reject(node, "what begins here holds itself; write it out")
+        try:
+            return super().construct_object(node, deep=True)
+        except (ValueError, KeyError, AttributeError, TypeError):
+            kind = node.tag.rsplit(":", 1)[-1]
+            _reject(node, f"{_source(node)} is no {kind} that can be read; correct it, or put it in quotes")
+
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[str, Any]:
         """The mapping of a node, merged with those that `<<` names."""
         keys = [key for key, _ in node.value if key.tag != "tag:yaml.org,2002:merge"]
@@ -52,7 +65,9 @@ for kind in ("int", "float"):
 
 
 def _source(node: yaml.Node) -> str:
-    return node.value if isinstance(node, yaml.ScalarNode) else "that begins here"
+    if not isinstance(node, yaml.ScalarNode):
+        return "that begins here"
+    return node.value if len(node.value) <= 40 else f"{node.value[:37]}..."
 
 
 def _reject(node: yaml.Node, problem: str) -> NoReturn:
@@ -67,11 +82,24 @@ def read(path: str | Path, name: str | None = None) -> Any:
     name = name or str(path)
     text = text_of(path, name)
     try:
-        return json.loads(text) if Path(path).suffix == ".json" else yaml.load(text, Loader=Loader)
+        if Path(path).suffix == ".json":
+            return json.loads(text, object_pairs_hook=_once)
+        return yaml.load(text, Loader=Loader)
     except json.JSONDecodeError as error:
         raise ConfigurationError(f"{name}, line {error.lineno}: {error.msg}; this is no JSON") from None
     except yaml.MarkedYAMLError as error:
         raise ConfigurationError(f"{name}, {_reason(error, text)}") from None
+    except RecursionError:
+        raise ConfigurationError(f"{name}: lists in lists, too many to be read; write settings") from None
+    except ValueError as error:
+        raise ConfigurationError(f"{name}: {error}; correct it") from None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A group of JSON, each of whose keys stands once."""
+    if twice := repeated([key for key, _ in pairs]):
+        raise ValueError(f"{twice[0]!r} is given twice")
+    return dict(pairs)
 
 
 def text_of(path: str | Path, name: str) -> str:

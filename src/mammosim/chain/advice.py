@@ -1,6 +1,7 @@
 """What is wrong with one value of a configuration, in words: its limits, and what was probably meant."""
 
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any
@@ -36,6 +37,7 @@ NO_NUMBERS: tuple[tuple[str, str], ...] = (
     (r"\s*[\u2010-\u2015\u2212]\s*[0-9.]+.*", "its minus is a typographic one; write -"),
     (r"\s*[-+]?[0-9]+([, '][0-9]{3})+(\.[0-9]*)?\s*", "write no comma, blank or ' between thousands"),
     (r"\s*[-+]?[0-9]*,[0-9]+.*", "write a decimal point, not a comma"),
+    (r"\s*[-+]?0[box][0-9a-fA-F_]+\s*", "write a decimal number"),
     (r"\s*[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*[^\d\s].*", "write the number alone; the key names its unit"),
 )
 PATTERNS: Mapping[str, str] = {
@@ -170,7 +172,7 @@ def _hint(place: Place, value: Any, schema: Schema) -> str:
 def _number_hint(place: Place, value: Any, schema: Schema) -> str:
     if isinstance(value, str):
         return next((words for pattern, words in NO_NUMBERS if re.fullmatch(pattern, value)), "")
-    if not isinstance(value, (int, float)):
+    if not isinstance(value, (int, float)) or abs(value) > sys.float_info.max:
         return ""
     return next(
         (

@@ -1,8 +1,9 @@
 """Reject a configuration that cannot be meant, before anything is computed, and say what to write instead."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from functools import reduce
-from math import isfinite
 from operator import getitem
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from jsonschema import Draft202012Validator, ValidationError
 from jsonschema.validators import extend
 
-from mammosim.chain.advice import Place, advice, number_of
+from mammosim.chain.advice import Place, advice, number_of, shown
 from mammosim.chain.relations import Relation, unmet
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY, gravity_vector
@@ -24,6 +25,9 @@ ANGLE_TO_POSTERIOR_DEG = {
 }
 
 
+LARGEST = sys.float_info.max  # what is more is infinite, or a whole number that no float can hold
+
+
 def _is_integer(_: Any, value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
@@ -33,7 +37,7 @@ def _is_number(_: Any, value: Any) -> bool:
 
 
 def _is_finite(checker: Any, value: Any) -> bool:
-    return _is_number(checker, value) and isfinite(value)
+    return _is_number(checker, value) and abs(value) <= LARGEST
 
 
 # JSON takes 40.0 for an integer, and knows no NaN, which passes every limit.
@@ -148,13 +152,37 @@ def _related(one: Place, other: Place) -> bool:
 
 
 Row = Mapping[str, str]
+# Columns of the table of volunteers, and those without which no row can be meant.
+COLUMNS = ("volunteer", "position", "images", "labels", "strokes", "fiducials", "gravity")
+NEEDED = ("volunteer", "position", "gravity")
 
 
-def check_volunteers(rows: Sequence[Row], *, file: str) -> None:
+def check_columns(rows: Sequence[Row], *, file: str) -> None:
+    """Raise ConfigurationError when a column that is needed is not there, or one is named almost rightly."""
+    found = list(rows[0]) if rows else list(NEEDED)
+    for name in found:
+        near = [] if name in COLUMNS else get_close_matches(name.strip().lower(), COLUMNS, n=1)
+        if near and near[0] not in found:
+            raise ConfigurationError(f"{file} has a column {name!r}; did you mean {near[0]!r}?")
+    if absent := [name for name in NEEDED if name not in found]:
+        raise ConfigurationError(
+            f"{file} has no column {', '.join(absent)}; its first line names the columns, with tabs between "
+            f"them, and reads {shown(' '.join(found))}"
+        )
+
+
+def check_volunteers(
+    rows: Sequence[Row],
+    *,
+    file: str,
+    there: Callable[[str], bool] = lambda path: True,
+    digital: Collection[str] = (),
+) -> None:
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
     rows: of volunteer, position, images, labels, strokes, fiducials, gravity ('x y z', scanner frame LPS).
-    Each position stands once, and has labels, or images with strokes.
+    Each position stands once, and has labels, or images with strokes, of its own. there: whether a path that
+    is named is there, or will be; digital: names of digital volunteers, whose scans are in results/raw/NAME.
     """
     positions: dict[str, list[str]] = {}
     for row in rows:
@@ -168,7 +196,15 @@ def check_volunteers(rows: Sequence[Row], *, file: str) -> None:
     for row in rows:
         _check_gravity(row["volunteer"], row["position"], row["gravity"], file)
         _check_given(row, file)
+        _check_paths(row, file, there)
+    _check_own(rows, file)
     for volunteer in positions:
+        scans = [row["images"] for row in rows if row["volunteer"] == volunteer]
+        if volunteer in digital and not any(scan.startswith(f"results/raw/{volunteer}/") for scan in scans):
+            raise ConfigurationError(
+                f"{file}: {volunteer!r} is the name of a digital volunteer, whose scans are in results/raw/"
+                f"{volunteer}; give another name"
+            )
         labelled = {row["position"] for row in rows if row["volunteer"] == volunteer and row.get("labels")}
         if labelled and (lacking := [p for p in positions[volunteer] if p not in labelled]):
             raise ConfigurationError(
@@ -186,13 +222,34 @@ def _check_given(row: Row, file: str) -> None:
         )
 
 
-def check_thicknesses(thickness_mm: Mapping[str, float], volunteers: Iterable[str]) -> None:
-    """Raise ConfigurationError when a volunteer has no thickness of the standard compression."""
-    if lacking := [v for v in volunteers if v not in thickness_mm]:
+def _check_paths(row: Row, file: str, there: Callable[[str], bool]) -> None:
+    """Raise ConfigurationError where a path is not there, or the workflow would read it otherwise."""
+    for kind in ("images", "labels", "strokes", "fiducials"):
+        path = row.get(kind) or ""
+        if path.startswith("~"):
+            wrong = "~ is not expanded here; write the whole path"
+        elif "{" in path or "}" in path:
+            wrong = "braces are wildcards of the workflow; rename it"
+        elif path.startswith("results/") and path.split("/")[1] != "raw" and f"/{row['volunteer']}/" in path:
+            wrong = "the study makes it of this row; give what was measured"
+        elif path and not there(path):
+            wrong = "is not there; correct the path, which begins where the study is run"
+        else:
+            continue
         raise ConfigurationError(
-            f"compression.thickness_mm lacks {', '.join(lacking)}; add the thickness in mm of her standard "
-            "compression, 40 to 70 is usual"
+            f"{file}: volunteer {row['volunteer']!r}, {row['position']}: {kind} {path!r}: {wrong}"
         )
+
+
+def _check_own(rows: Sequence[Row], file: str) -> None:
+    """Raise ConfigurationError where two rows have the same images, or the same labels."""
+    for kind in ("images", "labels"):
+        first: dict[str, Row] = {}
+        for row in rows:
+            path = (row.get(kind) or "").rstrip("/")
+            if path and (other := first.setdefault(path, row)) is not row:
+                whose = " and ".join(f"{r['volunteer']} {r['position']}" for r in (other, row))
+                raise ConfigurationError(f"{file}: {kind} {path!r} are given for {whose}; give each its own")
 
 
 def check_listed(rows: Iterable[Row], volunteers: Iterable[str], *, file: str) -> None:
@@ -201,7 +258,7 @@ def check_listed(rows: Iterable[Row], volunteers: Iterable[str], *, file: str) -
     if lacking := sorted(set(volunteers) - set(known)):
         raise ConfigurationError(
             f"{file} has no row of {', '.join(map(repr, lacking))}, whom `volunteers` names; it has rows of: "
-            f"{', '.join(known)}"
+            f"{', '.join(known) or 'nobody'}"
         )
 
 

@@ -38,6 +38,11 @@ def _among(value: Any, known: Any, other: str) -> str:
     )
 
 
+def _preset(value: Any, known: Any, other: str) -> str:
+    """Of an accuracy that is a name, and no group of errors."""
+    return _among(value, known, other) if isinstance(value, str) else ""
+
+
 def _less(value: Any, limit: Any, other: str) -> str:
     return "" if value < limit else f"must be less than {other} = {limit:g}"
 
@@ -56,6 +61,10 @@ def _falling(value: Any, _: Any, other: str) -> str:
     return "" if falls else "each number must be less than the one before"
 
 
+def _there(value: Any, known: Any, other: str) -> str:
+    return "" if value in known else "there is no such file"
+
+
 def _distinct(value: Any, _: Any, other: str) -> str:
     return "" if len(set(value)) == len(value) else "its entries must differ"
 
@@ -66,6 +75,7 @@ TISSUES = "config/tissues"
 MODULI = "gravity and config/tissues"
 SCENES = "config/scenes"
 ACCURACIES = "study and config/accuracy"
+FILES = "the files that are there"
 VOLUNTEERS = "volunteer_table and the digital volunteers"
 WOMEN = "digital.women"
 METHODS = "mechanics.stress_free.methods"
@@ -74,9 +84,14 @@ SEGMENTED = "segmentation.positions"
 
 WRITE, TAKE = "write such a file, or leave it out", "write such a file, or take one of these"
 ORDER = "put the lowest first"
+CORRECT = "correct the path, which begins where the study is run, or leave the key out"
+# Keys that name a file.
+NAMING = ("volunteer_table", "hard_cases", "peers", "accuracy", "recovery", "compression.strategies_file")
 # Schema -> relations between the keys of such a file.
 RELATIONS: Mapping[str, tuple[Relation, ...]] = {
     "config": (
+        *(Relation(key, _there, FILES, CORRECT) for key in NAMING),
+        Relation("volunteers", _among, "compression.thickness_mm", "add hers in mm; 40 to 70 is usual"),
         Relation("tissues", _among, TISSUES, TAKE),
         Relation("digital.tissues", _among, TISSUES, TAKE),
         Relation("reference_position", _among, SEGMENTED, "segment it, too"),
@@ -97,6 +112,11 @@ RELATIONS: Mapping[str, tuple[Relation, ...]] = {
         Relation("compression.thresholds.*", _rising, "", ORDER),
         Relation("morph.stiffness_kpa_per_mm", _rising, "", "put the weakest first"),
         Relation("registration.smoothing_mm", _falling, "", "put the coarsest level first"),
+    ),
+    "scene": (
+        Relation("tissues", _among, TISSUES, TAKE),
+        Relation("load.strategy", _among, STRATEGIES, "describe it there, or take one of these"),
+        Relation("accuracy", _preset, ACCURACIES, "take one of these, or state errors"),
     ),
     "accuracy": (Relation("volunteer", _among, VOLUNTEERS, "take one of these"),),
     "recovery": (
@@ -124,7 +144,7 @@ def unmet(
             for places, name, limit in _others(settings, relation, place, known):
                 try:
                     wrong = relation.compare(value, limit, name)
-                except TypeError:
+                except (TypeError, OverflowError):
                     continue
                 if wrong:
                     yield (place, *places), f"{dotted(place)} = {shown(value)}: {wrong}; {relation.next_step}"

@@ -161,7 +161,7 @@ def _annotated(kind: Any, about: Any, value: Any, place: str) -> Any:
 
 
 def _named(kinds: Mapping[str, type], name: Any, values: Any, place: str) -> Any:
-    if name not in kinds:
+    if not isinstance(name, str) or name not in kinds:
         raise ConfigurationError(f"{place}: {name!r} is unknown; choose one of: {', '.join(kinds)}")
     return _object(kinds[name], values, place)
 
@@ -206,8 +206,16 @@ def _plain(kind: Any, value: Any, place: str, limits: Limits) -> Any:
             f"{place} = {value!r} is of type {type(value).__name__}; write {_NAMES.get(kind, kind.__name__)}"
         )
     if kind in (int, float):
-        limits.require(float(value), place)
-    return kind(value) if kind is float else value
+        limits.require(_float(value), place)
+    return _float(value) if kind is float else value
+
+
+def _float(x: Any) -> float:
+    """As a float; a whole number that none can hold is infinite."""
+    try:
+        return float(x)
+    except OverflowError:
+        return np.inf if x > 0 else -np.inf
 
 
 def require_within(name: str, value: float, low: float, high: float, advice: str = "change it") -> None:

@@ -1,6 +1,7 @@
 """A configuration that cannot be meant is rejected, naming file, key, value, limit and next step."""
 
 import copy
+import re
 from collections.abc import Iterator
 from functools import reduce
 from math import pi
@@ -12,9 +13,9 @@ import yaml
 
 from mammosim.chain.advice import UNITS
 from mammosim.chain.configuration import (
+    check_columns,
     check_listed,
     check_settings,
-    check_thicknesses,
     check_tissues,
     check_volunteers,
 )
@@ -348,7 +349,9 @@ def table(**change) -> list[dict[str, str]]:
         {"volunteer": "a", "position": "prone", "gravity": "0 -1 0"},
         {"volunteer": "a", "position": "supine", "gravity": "0 1 0"},
     ]
-    rows = [row | {"images": "series", "strokes": "strokes.csv", "labels": ""} for row in rows]
+    rows = [
+        row | {"images": f"series_{row['position']}", "strokes": "strokes.csv", "labels": ""} for row in rows
+    ]
     return [rows[0] | change, rows[1]]
 
 
@@ -371,8 +374,46 @@ def test_a_volunteer_table_that_contradicts_itself_is_rejected(change, words):
 
 def test_one_position_alone_and_labels_alone_can_be_meant():
     check_volunteers(table()[:1], file="volunteers.tsv")
-    labelled = {"labels": "labels.nii.gz", "images": "", "strokes": ""}
-    check_volunteers([row | labelled for row in table()], file="volunteers.tsv")
+    rows = [row | {"labels": f"{row['position']}.nii.gz", "images": "", "strokes": ""} for row in table()]
+    check_volunteers(rows, file="volunteers.tsv")
+
+
+PATHS = {
+    "~/scan": "images '~/scan': ~ is not expanded here; write the whole path",
+    "scans/{visit}": "braces are wildcards of the workflow; rename it",
+    "results/images/a/prone.nii.gz": "the study makes it of this row",
+    "scans/none": "volunteer 'a', prone: images 'scans/none': is not there; correct the path",
+}
+
+
+@pytest.mark.parametrize(("path", "words"), PATHS.items())
+def test_a_path_that_cannot_be_used_is_named_by_its_row(path, words):
+    with pytest.raises(ConfigurationError, match=re.escape(words)):
+        check_volunteers(table(images=path), file="volunteers.tsv", there=lambda path: "none" not in path)
+
+
+def test_each_row_has_images_of_its_own():
+    rows = [row | {"images": "scan"} for row in table()]
+    with pytest.raises(ConfigurationError, match="images 'scan' are given for a prone and a supine"):
+        check_volunteers(rows, file="volunteers.tsv")
+
+
+def test_a_volunteer_of_ones_own_has_no_name_of_a_digital_one():
+    with pytest.raises(ConfigurationError, match=r"'a' is the name of a digital volunteer, .* another name"):
+        check_volunteers(table(), file="volunteers.tsv", digital=["a"])
+    rows = [row | {"images": f"results/raw/a/{row['position']}"} for row in table()]
+    check_volunteers(rows, file="volunteers.tsv", digital=["a"])
+
+
+def test_columns_that_lack_or_are_named_almost_rightly_are_named():
+    with pytest.raises(ConfigurationError, match=r"my\.tsv has a column 'Gravity'; did you mean 'gravity'"):
+        check_columns([{"volunteer": "", "position": "", "Gravity": ""}], file="my.tsv")
+    with pytest.raises(
+        ConfigurationError, match=r"no column position, gravity; .* tabs .* reads 'volunteer'"
+    ):
+        check_columns([{"volunteer": ""}], file="my.tsv")
+    check_columns([row | {"remark": ""} for row in table()], file="my.tsv")
+    check_columns([], file="my.tsv")
 
 
 def test_gravity_is_normalised():
@@ -386,9 +427,7 @@ def test_a_tissue_without_parameters_is_named():
         check_tissues(["adipose", "muscle"], ["adipose", "glandular", "muscle"], file="standard.yaml")
 
 
-def test_a_volunteer_without_thickness_or_without_rows_is_named():
-    with pytest.raises(ConfigurationError, match=r"compression\.thickness_mm lacks ada"):
-        check_thicknesses({"small": 45.0}, ["small", "ada"])
+def test_a_volunteer_without_rows_is_named():
     table = [{"volunteer": "small"}, {"volunteer": "large"}]
     with pytest.raises(ConfigurationError, match=r"my\.tsv has no row of 'ada', .* rows of: small, large"):
         check_listed(table, ["small", "ada"], file="my.tsv")

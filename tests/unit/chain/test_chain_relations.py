@@ -6,6 +6,8 @@ from mammosim.chain import relations
 from mammosim.chain.relations import RELATIONS, entries, unmet
 
 CONFIG = {
+    "volunteers": ["small", "ada"],
+    "peers": "peers.yaml",
     "reference_position": "supine",
     "tissues": "standard",
     "segmentation": {"positions": ["prone", "supine"]},
@@ -15,6 +17,7 @@ CONFIG = {
     "compression": {
         "strategies": ["standard", "tilted"],
         "moduli": ["gravity"],
+        "thickness_mm": {"small": 45.0, "ada": 50.0},
         "thresholds": {"energy_kpa": [0.1, 1.0]},
     },
     "xray": {"strategies": ["standard"]},
@@ -33,6 +36,7 @@ CONFIG = {
     "registration": {"smoothing_mm": [4.0, 0.0]},
 }
 KNOWN = {
+    relations.FILES: ["peers.yaml"],
     relations.TISSUES: ["standard", "soft"],
     relations.MODULI: ["gravity", "standard", "soft"],
     relations.STRATEGIES: ["standard", "tilted", "reduced"],
@@ -122,9 +126,16 @@ def test_what_agrees_is_accepted():
             "women.fibrous.skin.variation_mm = 2.5: must be less than "
             "digital.women.fibrous.skin.mean_mm = 2.5",
         ),
+        ("peers", "none.yaml", "peers = 'none.yaml': there is no such file; correct the path"),
+        ("peers", "", "peers = '': there is no such file"),
+        (
+            "volunteers",
+            ["small", "eve"],
+            "'eve' is not in compression.thickness_mm (small, ada); add hers in mm",
+        ),
         (
             "compression.thickness_mm",
-            {"small": 45.0, "samll": 50.0},
+            {"small": 45.0, "ada": 50.0, "samll": 50.0},
             "'samll' is not in volunteer_table and the digital volunteers (small, fibrous, ada)",
         ),
     ],
@@ -186,3 +197,20 @@ def test_limits_of_other_keys_belong_to_them_and_equal_neighbours_neither_rise_n
     }.items():
         (told,) = words_of(changed(CONFIG, name, values))
         assert "than the one before" in told
+
+
+def test_numbers_that_no_float_holds_are_left_to_their_limits():
+    values = changed(CONFIG, "propagation", {"draws": 10**400, "pressed": 10**401})
+    assert words_of(values) == []
+
+
+def test_a_scene_names_what_files_describe_or_states_errors():
+    scene = {"tissues": "soft", "load": {"strategy": "tilted"}, "accuracy": {"force_n": 0.1}}
+    assert words_of(scene, "scene") == []
+    found = "\n".join(words_of({"tissues": "hard", "load": {"strategy": "hug"}, "accuracy": "fast"}, "scene"))
+    for words in (
+        "tissues = 'hard'",
+        "load.strategy = 'hug': 'hug' is not in",
+        "accuracy = 'fast': 'fast' is not in",
+    ):
+        assert words in found

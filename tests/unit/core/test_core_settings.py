@@ -95,6 +95,8 @@ def test_only_what_is_unchecked_may_be_no_number():
             {"plates": {"low": {"width_mm": 5, "kind": "round"}}},
             r"low\.kind = 'round': choose one of: flat, bent",
         ),
+        ({"plates": {"low": {"width_mm": 10**400}}}, r"low\.width_mm = inf is not a finite number"),
+        ({"plates": {"low": {"width_mm": 5, "count": -(10**400)}}}, r"low\.count = -inf is not a finite"),
         ({"plates": {}, "size": [1]}, r"machine\.size has 1 values; write 2"),
         (
             {"plates": {}, "paddle": {"plate": {}, "round": {}}},
