@@ -127,7 +127,10 @@ def test_without_scatter_among_its_effects_an_image_has_no_scatter_job(finished,
         (("{strategy: gentle}", "{position: upright}"), "agd_percent needs a strategy in its load"),
         ((": 5}", ": -5}"), "must be a number more than 0"),
         (("scatter,", "scater,"), "no effect 'scater'; choose among:"),
-        (("strategy: gentle", "strategy: gentel"), "no strategy 'gentel'; choose one of: standard"),
+        (
+            ("strategy: gentle", "strategy: gentel"),
+            "load.strategy = 'gentel': 'gentel' is not in the file of compression.strategies_file (standard",
+        ),
         (("title:", "tittle:"), "did you mean 'title'?"),
         (
             ("accuracy: draft", "accuracy: fast"),
