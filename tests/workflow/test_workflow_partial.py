@@ -120,6 +120,22 @@ def test_two_marked_series_plan_a_fit_and_no_validation(own):
     assert "no position of ada is held out of the fit" in words
 
 
+def test_where_nobody_can_be_pressed_the_study_asks_for_nothing_that_compares_presses(own):
+    ida = own({"position": "supine", "gravity": "0 1 0", "labels": "data/prone_labels.nii.gz"})
+    rules, words = ida.plan("study")
+    assert {"report", "mesh"} - rules == {"mesh"}
+    outputs = re.findall(r"^    output: (.*)$", words, flags=re.M)
+    assert [
+        each for each in outputs if re.search("curves|amounts|dose_routes|trade_off|image.csv", each)
+    ] == []
+
+
+def test_softening_of_nobody_is_rejected_with_the_reason(own):
+    result = own(SERIES).ask("--dry-run", "--", "softening")
+    assert result.returncode != 0
+    assert f"softening cannot be computed: {ONE}" in result.stdout
+
+
 def test_labels_alone_go_to_a_mammogram_without_any_image(own):
     """Planned without segmentation and registration, and run: her labels are the product of segmentation."""
     ada = own({"labels": "data/prone_labels.nii.gz"})

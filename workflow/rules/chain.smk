@@ -77,6 +77,14 @@ def able(*asked):
     return [v for v in WOMEN if not any(lacking(v)[name] for name in asked)]
 
 
+def some_able(asked):
+    """The same, one of them at least. Raises WorkflowError with why nobody's data allow it."""
+    if not (found := able(asked)):
+        why = "; ".join(dict.fromkeys(lacking(v)[asked] for v in WOMEN))
+        raise WorkflowError(f"ConfigurationError: {asked} cannot be computed: {why}")
+    return found
+
+
 def methods_of(volunteer):
     """The ways to the stress-free shape that her data allow."""
     return [method for method in STRESS_FREE["methods"] if not lacking(volunteer, method)["stress_free"]]

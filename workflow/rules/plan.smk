@@ -14,7 +14,7 @@ rule plan:
             *asked_settings(),
             *("--snakefile", str(HOME / "Snakefile")),
         ],
-        targets=["study", *PAGES],
+        targets=["study", *(name for name in PAGES if name not in allowed.QUESTIONS or able(name))],
         scenes={name: effects_or_file(name) for name in SCENES},
         cores=workflow.cores or 1,
         now=time.time(),  # what there is to do changes with every run, which no file says,

@@ -1,5 +1,6 @@
 # Tables that are not the rows of all volunteers together.
-MADE_BESIDE = ["trade_off", "beams", "report195", "dose_standard"]
+PRESSED = bool(able("pressed"))
+MADE_BESIDE = [*(["trade_off"] if PRESSED else []), "beams", "report195", "dose_standard"]
 # The report: figures and tables in one page, with every assumption and source, and what was made on demand.
 PICTURES = [
     *(f"positions_{v}" for v in WOMEN if imaged(v)),
@@ -18,17 +19,17 @@ PICTURES = [
     *(f"validation_{v}_{p}" for v in able("validation") for p in held_out(v)),
     *(["propagation"] if propagated("{v}") else []),
     *over("compression_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
-    "curves",
+    *(["curves"] if PRESSED else []),
     *over("thickness_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
     *over("discomfort_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
-    "amounts",
+    *(["amounts"] if PRESSED else []),
     *over("phantom_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     *over("mammogram_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     *over("tomosynthesis_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     "spectra",
     "report195",
-    "dose_routes",
-    "trade_off",
+    *(["dose_routes"] if PRESSED else []),
+    *(["trade_off"] if PRESSED else []),
     *(["moduli", "gravity_and_compression"] if able("fit") else []),
 ]
 
@@ -91,6 +92,7 @@ rule report:
         "results/study/report.html",
     params:
         volunteers=WOMEN,
+        lacking=[*(what for what in allowed.REPORTED if not able(what)), *(["truth"] if not DIGITAL_WOMEN else [])],
         library=library("report.py"),
     log:
         "results/logs/report.log",

@@ -28,7 +28,7 @@ rule soften:
 rule softening_table:
     """All breasts with other moduli, and the largest changes."""
     input:
-        rows=over("results/softening/{v}/{side}.csv", able("softening"), side=COMPRESSION["sides"]),
+        rows=lambda wildcards: over("results/softening/{v}/{side}.csv", some_able("softening"), side=COMPRESSION["sides"]),
     output:
         table="results/study/softening.csv",
         numbers="results/study/softening.json",

@@ -31,6 +31,7 @@ def main(files: dict, title: str, out: str) -> None:
         Contents(pictures, tables(files, of_pages[".csv"])),
         pages=pages,
         made=[Path(path).stem for path in of_pages[".json"]],
+        lacking=snakemake.params.lacking,
     )
     shown = (shown[0], completeness(read_rows(files["missing"]), read_rows(files["not_planned"])), *shown[1:])
     Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout.subtitle))

@@ -7,6 +7,7 @@ from mammosim.chain.graph import Chain
 
 # What a person may give of a position.
 IMAGES, LABELS, STROKES, FIDUCIALS = "images", "labels", "strokes", "fiducials"
+FOUND = "; in prone they are found, to about 10 mm, on which dose and force depend"
 # What the study asks beside the stages of the chain: the stages and questions that each goes on from.
 QUESTIONS: Mapping[str, tuple[str, ...]] = {
     "sweep": ("registration",),
@@ -18,6 +19,7 @@ QUESTIONS: Mapping[str, tuple[str, ...]] = {
 }
 # What is reported as not planned; everything else that is not allowed follows from these.
 REPORTED: Mapping[str, str] = {
+    "listed": "nipples and chest marked by hand",
     "scan": "pictures of the scan",
     "segmentation": "segmentation",
     "registration": "registration",
@@ -105,7 +107,7 @@ def _roots(data: Data) -> dict[str, str]:
     )
     found |= {
         "scan": "" if IMAGES in given else f"no images are given for {name}",
-        "listed": "" if FIDUCIALS in given else f"no markers are given for {name}",
+        "listed": "" if FIDUCIALS in given else f"no markers are given for {name}{FOUND}",
         "segmentation": f"labels are given for {name}" if LABELS in given else "",
         "given_labels": "" if LABELS in given else f"no labels are given for {name}",
         "upright": "" if data.base == "prone" else f"{name} was not scanned prone",

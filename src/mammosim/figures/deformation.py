@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.tri import Triangulation
 
 from mammosim.chain.outcome import CONVERGED
@@ -200,6 +200,7 @@ def _draw_regularity(ax: Axes, history: pd.DataFrame) -> None:
     s = levels.stiffness_kpa_per_mm
     ax.loglog(s, levels.mean_mm, "o-", color=BLUE, label="mean distance")
     ax.loglog(s, levels.p95_mm, "o:", color=BLUE, fillstyle="none", label="95 % of the distances")
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.axhline(history.mean_mm.iloc[0], color=QUIET, ls="--", lw=1, label="mean before the morph")
     energy = ax.twinx()
     energy.semilogx(s, levels.energy_uj / 1000, "s-", color=VERMILION, label="strain energy")

@@ -85,7 +85,7 @@ def _draw_moduli(ax: Axes, moduli: pd.DataFrame, prior: Mapping[str, Mapping[str
     ax.set(
         title="moduli with 95 % intervals", xlabel="Young's modulus (kPa)", ylim=(-0.6, len(TISSUES) - 0.4)
     )
-    ax.legend(loc="upper left")
+    ax.legend(loc="upper right")
 
 
 TICKS_KPA = np.outer([0.01, 0.1, 1, 10, 100, 1000], [1, 2, 5]).ravel()

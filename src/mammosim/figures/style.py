@@ -7,6 +7,7 @@ from typing import Any, ParamSpec, TypeVar
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from mammosim.core.labels import Label
 
@@ -96,7 +97,7 @@ def picture_axes(ax: Axes) -> None:
 
 
 def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK) -> None:
-    """A bar of known length at the lower left, in place of axes."""
+    """A bar of known length at the lower left, in place of axes; its text is legible on light and dark."""
     ax.set_axis_off()
     (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
     x, y = x0 + 0.04 * (x1 - x0), y0 + 0.04 * (y1 - y0)
@@ -111,4 +112,5 @@ def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK) -> None:
         va="bottom",
         fontsize=7.5,
         color=colour,
+        path_effects=[withStroke(linewidth=1.5, foreground="white" if colour == INK else INK)],
     )

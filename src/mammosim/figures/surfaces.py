@@ -13,7 +13,16 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES, SUBTRIANGLES, TetMesh
 from mammosim.figures.render import Camera, Solid, render
 from mammosim.figures.slices import AXIS_LABELS, PLANES
-from mammosim.figures.style import ORANGE, SERIES, TISSUE_COLOURS, new_figure, picture_axes, scale_bar, styled
+from mammosim.figures.style import (
+    INK,
+    ORANGE,
+    SERIES,
+    TISSUE_COLOURS,
+    new_figure,
+    picture_axes,
+    scale_bar,
+    styled,
+)
 
 SKIN_COLOUR = "#e3b79c"
 
@@ -119,7 +128,8 @@ def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: fl
         segments = outline(mesh.points, boundary_triangles(mesh.boundaries["skin"]), 2 - cut, at_mm)
         lines = LineCollection(
             segments[:, :, [across, along]].tolist(),
-            colors=SERIES[number % len(SERIES)],
+            colors=INK if name == "truth" else SERIES[number % len(SERIES)],
+            linestyles="--" if number >= len(SERIES) or name == "truth" else "-",
             linewidths=max(3.6 - 0.8 * number, 1.0),
             label=name,
             capstyle="round",

@@ -54,7 +54,9 @@ def positions(
         if column:
             for ax in axes[:, column]:
                 ax.set_ylabel("")
-    handles = [axes[0, 0].plot([], [], m, color=c, mec="k", label=kind)[0] for kind, (c, m) in MARKS.items()]
+    marked = {kind for each in fiducials.values() for kind in each.kinds}
+    shown = {kind: mark for kind, mark in MARKS.items() if kind in marked}
+    handles = [axes[0, 0].plot([], [], m, color=c, mec="k", label=kind)[0] for kind, (c, m) in shown.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 

@@ -109,6 +109,8 @@ def test_a_fit_without_a_held_out_position_is_not_validated(found):
 def test_a_volunteer_is_told_in_one_line(found):
     rows = not_planned(found(prone("labels")))
     assert ("fit of moduli", ONE) in rows
+    assert rows[0][0] == "nipples and chest marked by hand"
+    assert "found, to about 10 mm, on which dose and force depend" in rows[0][1]
     line = in_one_line(rows)
     assert "no segmentation: labels are given for ada" in line
     assert line.count(ONE) == 1, "a reason stands once"

@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from mammosim.chain.allowed import QUESTIONS, REPORTED
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import read
 from mammosim.study.report.layout import Contents, Layout
@@ -51,6 +52,20 @@ def test_a_page_not_made_yet_names_its_command():
     (only,) = sections([{"page": "cases"}], CONTENTS, pages=PAGES)
     assert only.title == "Cases"
     assert "`snakemake cases`" in only.text
+
+
+def test_a_section_of_what_nobodys_data_allow_is_left_out():
+    parts = [{"title": "First"}, {"title": "Fit", "needs": "fit"}, {"page": "cases", "needs": "fit"}]
+    assert [part.title for part in sections(parts, CONTENTS, pages=PAGES)] == ["First", "Fit", "Cases"]
+    assert [part.title for part in sections(parts, CONTENTS, pages=PAGES, lacking=["fit"])] == ["First"]
+
+
+def test_every_section_needs_what_is_reported_where_it_cannot_be():
+    """A word that nothing else knows would never leave a section out."""
+    needed = {
+        part.get("needs") for part in yaml.safe_load((FOLDER / "sections.yaml").read_text())["sections"]
+    }
+    assert needed <= {None, "truth", *REPORTED, *QUESTIONS}
 
 
 def test_a_page_without_layout_is_rejected():

@@ -38,7 +38,17 @@ def test_figures_and_tables_are_numbered_through():
 
 def test_texts_quote_numbers_of_the_results_in_the_asked_format():
     assert "The error is 12.3 mm, <strong>small</strong>." in page()
-    assert quoted("{sweep.small.0.5.nipple_left_mm:.1f}", NUMBERS) == "–"
+    both = "{sweep.small.1.nipple_left_mm:.1f} and {sweep.small.0.5.nipple_left_mm:.1f} mm"
+    assert quoted(both, NUMBERS) == "12.3 and – mm"
+
+
+def test_a_sentence_without_any_of_its_numbers_is_left_out():
+    absent = "It is off by {sweep.small.0.5.nipple_left_mm:.1f} mm, e.g. there."
+    assert (
+        quoted(f"One is known. {absent} Another one, too.", NUMBERS).split()
+        == ["One", "is", "known.", "Another", "one,", "too."]
+    )
+    assert len(paragraphs(quoted(f"First.\n\n{absent}\n\nLast.", NUMBERS))) == 2
 
 
 def test_a_number_that_the_results_do_not_have_is_rejected():
@@ -55,6 +65,10 @@ def test_headings_name_units_and_cells_have_four_digits():
     assert heading("nipple_left_mm") == "nipple left (mm)"
     assert heading("relative_change") == "relative change"
     assert heading("smallest_J") == "smallest J"
+    assert heading("kerma_ugy_per_mas") == "kerma (µGy/mAs)"
+    assert heading("mgy_per_mas") == "mGy/mAs"
+    assert heading("hvl_behind_mm_al") == "hvl behind (mm Al)"
+    assert heading("energy_mj") == "energy (mJ)"
     assert [cell(v) for v in (np.nan, 0.012345, 12345.6, True, 3)] == ["–", "0.01235", "12,346", "yes", "3"]
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mammosim import __version__
 from mammosim.study.report.summary import assumptions, digest, numbers, provenance
 
 
@@ -37,4 +38,5 @@ def test_the_digest_of_a_configuration_depends_on_its_values_not_their_order():
 def test_provenance_names_versions_and_can_be_written():
     found = provenance({"seed": 1}, lock="numpy==2", assumed=assumptions({}))
     assert found["packages"]["numpy"] == np.__version__
+    assert found["packages"]["mammosim"] == __version__
     json.dumps(found)

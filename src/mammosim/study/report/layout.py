@@ -32,6 +32,7 @@ class Part(Settings):
     """A section to be: title, text, captions of pictures by the beginning of their names, tables by name.
 
     Or, with nothing but `page`, the place of the sections of a page that is made on demand, by its target.
+    needs: the stage or question without which it says nothing.
     Raises ConfigurationError for a section without title, a page with one, a caption that names anything but
     {what}.
     """
@@ -41,6 +42,7 @@ class Part(Settings):
     figures: Mapping[str, str] = field(default_factory=dict)
     tables: Mapping[str, TablePart] = field(default_factory=dict)
     page: str = ""
+    needs: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -70,15 +72,17 @@ def sections(
     *,
     pages: Mapping[str, Layout] | None = None,
     made: Collection[str] = (),
+    lacking: Collection[str] = (),
 ) -> tuple[Section, ...]:
     """One section per part of a layout; in the place of a page, the sections of that page.
 
     pages: the layouts of the results that are made on demand, by the name of their target; one that is not
     among those made is a line that names its command.
+    lacking: what no volunteer's data allow; parts that need one of these are left out.
     Raises ConfigurationError for a page without layout.
     """
     found: list[Section] = []
-    for part in layout.sections:
+    for part in (part for part in layout.sections if part.needs not in lacking):
         if not part.page:
             found.append(section(part, contents))
             continue

@@ -17,8 +17,10 @@ from mammosim.study.report.summary import Numbers
 UNITS: Mapping[str, str] = {
     "mm": "mm", "mm2": "mm²", "mm3": "mm³", "kpa": "kPa", "n": "N", "mn": "mN", "uj": "µJ", "g": "g",
     "mgy": "mGy", "ugy": "µGy", "mas": "mAs", "kev": "keV", "deg": "°", "percent": "%", "s": "s", "mb": "MB",
+    "mj": "mJ", "ev": "eV",
 }  # fmt: skip
 NUMBER = re.compile(r"\{([a-zA-Z][^{}:]*)(?::([^{}]+))?\}")
+SENTENCE = re.compile(r"(?<=[.:?])(\s+)(?=[A-Z*])")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 
 
@@ -111,7 +113,10 @@ def _numbered(sections: tuple[Section, ...], kind: type) -> dict[int, int]:
 
 
 def quoted(text: str, numbers: Numbers) -> str:
-    """The text with each {name:format} replaced by that number, or by a dash where there is none."""
+    """The text with each {name:format} replaced by that number, or by a dash where there is none.
+
+    A sentence all of whose numbers are None is left out.
+    """
 
     def value(match: re.Match[str]) -> str:
         name, shape = match[1], match[2] or ""
@@ -123,7 +128,11 @@ def quoted(text: str, numbers: Numbers) -> str:
         number = numbers[name]
         return "–" if number is None else format(number, shape)
 
-    return NUMBER.sub(value, text)
+    def told(sentence: str) -> bool:
+        names = [match[1] for match in NUMBER.finditer(sentence)]
+        return not names or any(numbers.get(name, 0) is not None for name in names)
+
+    return NUMBER.sub(value, "".join(part for part in SENTENCE.split(text) if told(part)))
 
 
 def paragraphs(text: str) -> list[Markup]:
@@ -138,10 +147,17 @@ def paragraphs(text: str) -> list[Markup]:
 
 def heading(column: str) -> str:
     """'nipple_left_mm' as 'nipple left (mm)'."""
-    words = column.split("_")
-    if len(words) > 1 and words[-1] in UNITS:
-        return f"{' '.join(words[:-1])} ({UNITS[words[-1]]})"
-    return " ".join(words)
+    name, unit = _unit(column.split("_"))
+    return f"{' '.join(name)} ({unit})" if name and unit else " ".join(name) or unit
+
+
+def _unit(words: list[str]) -> tuple[list[str], str]:
+    """The words of a name without those of its unit, and this: a unit, one `per` another, or mm of Al."""
+    if len(words) > 2 and words[-2] == "per" and {words[-3], words[-1]} <= UNITS.keys():
+        return words[:-3], f"{UNITS[words[-3]]}/{UNITS[words[-1]]}"
+    if words[-2:] == ["mm", "al"]:
+        return words[:-2], "mm Al"
+    return (words[:-1], UNITS[words[-1]]) if len(words) > 1 and words[-1] in UNITS else (words, "")
 
 
 def cell(value: object) -> str:

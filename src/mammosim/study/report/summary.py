@@ -9,6 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 import pandas as pd
 
+from mammosim import __version__
+
 # What sentences quote, by dotted name, e.g. sweep.small.1.nipple_left_mm; None where there is none.
 Numbers = Mapping[str, float | str | None]
 # The nested plain values of a configuration, as YAML has them.
@@ -104,6 +106,8 @@ def digest(values: Configuration) -> str:
 
 
 def _version(name: str) -> str:
+    if name == "mammosim":  # which may be linked, not installed
+        return __version__
     try:
         return version(name)
     except PackageNotFoundError:
