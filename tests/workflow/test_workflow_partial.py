@@ -123,7 +123,8 @@ def test_two_marked_series_plan_a_fit_and_no_validation(own):
 def test_where_nobody_can_be_pressed_the_study_asks_for_nothing_that_compares_presses(own):
     ida = own({"position": "supine", "gravity": "0 1 0", "labels": "data/prone_labels.nii.gz"})
     rules, words = ida.plan("study")
-    assert {"report", "mesh"} - rules == {"mesh"}
+    assert "report" in rules
+    assert rules.isdisjoint({"fiducials", "mesh", "stress_free", "compress", "figure_mesh"})
     outputs = re.findall(r"^    output: (.*)$", words, flags=re.M)
     assert [
         each for each in outputs if re.search("curves|amounts|dose_routes|trade_off|image.csv", each)
@@ -170,7 +171,7 @@ def test_labels_that_nobody_knows_end_the_run_at_once(own):
 
 
 def test_a_woman_scanned_prone_only_needs_no_supine(own):
-    """K12 of the cases: prone is the reference, nothing is held out, and no fit is asked."""
+    """Prone is the reference, nothing is held out, and no fit is asked."""
     _, words = own(
         SERIES | {"fiducials": "data/prone_fiducials.csv"},
         reference_position="prone",
@@ -181,7 +182,7 @@ def test_a_woman_scanned_prone_only_needs_no_supine(own):
 
 
 def test_a_volunteer_without_thickness_is_named(study, tmp_path):
-    """K06 of the cases: ada beside a digital volunteer, who needs no row of the table."""
+    """Ada beside a digital volunteer, who needs no row of the table."""
     table, extra = tmp_path / "volunteers.tsv", tmp_path / "extra.yaml"
     head, values = ("volunteer", "position", *SERIES, "gravity"), ("ada", "prone", *SERIES.values(), "0 -1 0")
     table.write_text("\n".join("\t".join(cells) for cells in (head, values)) + "\n")
@@ -189,5 +190,6 @@ def test_a_volunteer_without_thickness_is_named(study, tmp_path):
     smoke = str(study.home / "config/smoke.yaml")
     result = study.snakemake("--dry-run", "--configfile", smoke, str(extra))
     assert result.returncode != 0
-    assert "ConfigurationError: compression.thickness_mm lacks ada" in result.stdout
+    assert "'ada' is not in compression.thickness_mm" in result.stdout
+    assert "add hers in mm; 40 to 70 is usual" in result.stdout
     assert "KeyError" not in result.stdout

@@ -77,8 +77,13 @@ def able(*asked):
     return [v for v in WOMEN if not any(lacking(v)[name] for name in asked)]
 
 
+def meshed(volunteer):
+    """The positions whose meshes the study shows; none where her data allow no mesh."""
+    return segmented(volunteer) if volunteer in able("mesh") else []
+
+
 def some_able(asked):
-    """The same, one of them at least. Raises WorkflowError with why nobody's data allow it."""
+    """Those whose data allow it. Raises WorkflowError with the reasons where there is nobody."""
     if not (found := able(asked)):
         why = "; ".join(dict.fromkeys(lacking(v)[asked] for v in WOMEN))
         raise WorkflowError(f"ConfigurationError: {asked} cannot be computed: {why}")

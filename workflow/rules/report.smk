@@ -6,7 +6,7 @@ PICTURES = [
     *(f"positions_{v}" for v in WOMEN if imaged(v)),
     *(f"registration_{v}_{p}" for v in WOMEN for p in moving(v)),
     *(f"segmentation_{v}_{p}" for v in WOMEN for p in validated(v) if p in imaged(v)),
-    *scanned("mesh_{v}_{p}", segmented),
+    *scanned("mesh_{v}_{p}", meshed),
     *(["sweep"] if able("sweep") else []),
     *over("upright_{v}", able("upright")),
     *over("morph_{v}", able("mean_shape")),

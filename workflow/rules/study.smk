@@ -8,7 +8,7 @@ TABLES = {
     "registration": scanned("results/registration/{v}/{p}_steps.csv", moving),
     "registration_error": scored("results/scores/{v}/registration_{p}.csv", moving),
     "segmentation_overlap": scored("results/scores/{v}/segmentation_{p}.csv", validated),
-    "mesh_quality": scanned("results/meshes/{v}/{p}_quality.csv", segmented),
+    "mesh_quality": scanned("results/meshes/{v}/{p}_quality.csv", meshed),
     "morph": over("results/morph/{v}/mean_start_history.csv", able("mean_shape")),
     "sweep": over("results/mechanics/{v}/sweep/{kpa}kpa.csv", able("sweep"), kpa=SWEEP["youngs_modulus_kpa"]),
     "upright": over("results/mechanics/{v}/upright/skin_{kpa}kpa.csv", able("upright"), kpa=UPRIGHT["skin_kpa"]),

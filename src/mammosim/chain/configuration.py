@@ -199,7 +199,7 @@ def check_volunteers(
         _check_paths(row, file, there)
     _check_own(rows, file)
     for volunteer in positions:
-        scans = [row["images"] for row in rows if row["volunteer"] == volunteer]
+        scans = [row.get("images") or "" for row in rows if row["volunteer"] == volunteer]
         if volunteer in digital and not any(scan.startswith(f"results/raw/{volunteer}/") for scan in scans):
             raise ConfigurationError(
                 f"{file}: {volunteer!r} is the name of a digital volunteer, whose scans are in results/raw/"

@@ -431,3 +431,8 @@ def test_a_volunteer_without_rows_is_named():
     table = [{"volunteer": "small"}, {"volunteer": "large"}]
     with pytest.raises(ConfigurationError, match=r"my\.tsv has no row of 'ada', .* rows of: small, large"):
         check_listed(table, ["small", "ada"], file="my.tsv")
+
+
+def test_a_table_of_labels_needs_no_column_of_images():
+    row = {"volunteer": "a", "position": "supine", "gravity": "0 1 0", "labels": "labels.nii.gz"}
+    check_volunteers([row], file="volunteers.tsv", digital=["small"])

@@ -44,10 +44,14 @@ def test_texts_quote_numbers_of_the_results_in_the_asked_format():
 
 def test_a_sentence_without_any_of_its_numbers_is_left_out():
     absent = "It is off by {sweep.small.0.5.nipple_left_mm:.1f} mm, e.g. there."
-    assert (
-        quoted(f"One is known. {absent} Another one, too.", NUMBERS).split()
-        == ["One", "is", "known.", "Another", "one,", "too."]
-    )
+    assert quoted(f"One is known. {absent} Another one, too.", NUMBERS).split() == [
+        "One",
+        "is",
+        "known.",
+        "Another",
+        "one,",
+        "too.",
+    ]
     assert len(paragraphs(quoted(f"First.\n\n{absent}\n\nLast.", NUMBERS))) == 2
 
 
