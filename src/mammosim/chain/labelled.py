@@ -17,6 +17,8 @@ OUTSIDE = (Label.AIR, Label.MARKER)
 # ASSUME: the nipple of a hanging breast is in the middle of the tissue farthest from the rib cage, to 3 mm.
 # In labels of a digital volunteer, of 4 mm, that was 7 and 11 mm off; her lowest tissue was 2 and 15 mm off.
 TIP_MM = 3.0
+# ASSUME: nipples of two breasts are farther apart than that; nearer ones are two places of one breast.
+APART_MM = 60.0
 # ASSUME: a slice belongs to the breasts where they stand out 10 mm in front of the midline's skin;
 # 20 mm above and below are modelled, too, where fat and muscle are held.
 STANDS_OUT_MM, BEYOND_MM = 10.0, 20.0
@@ -53,7 +55,8 @@ def outline_image(labels: LabelMap) -> Image:
 def nipples(labels: LabelMap) -> Fiducials:
     """Both nipples of a body that was scanned prone, where its halves reach farthest from the rib cage.
 
-    Raises FiducialError where no rib cage is labelled, or one half has nothing in front of it.
+    Raises FiducialError where no rib cage is labelled, one half has nothing in front of it, or the two places
+    are of one breast.
     """
     thorax = labels.values == Label.THORAX
     if not thorax.any():
@@ -71,6 +74,11 @@ def nipples(labels: LabelMap) -> Fiducials:
             f"nothing on the {absent[0]} is in front of the rib cage; list nipple_{absent[0]} by hand"
         )
     found = [_tip(points[half], depth[half]) for half in halves.values()]
+    if (apart := float(np.linalg.norm(found[0] - found[1]))) < APART_MM:
+        raise FiducialError(
+            f"the nipples found are {apart:.0f} mm apart: the labels seem to hold one breast; label both, or "
+            "list nipple_left and nipple_right"
+        )
     return Fiducials(tuple(f"nipple_{side}" for side in halves), ("nipple",) * 2, np.array(found))
 
 

@@ -47,6 +47,16 @@ def test_nipples_are_the_tips_farthest_from_the_rib_cage(labels):
         assert np.abs(found.point(f"nipple_{side}") - place).max() < 1.5 * H
 
 
+def test_labels_of_one_breast_are_rejected(labels):
+    """Cut beside it, the body's middle is hers, and both halves of it have a tip."""
+    x = labels.grid.centres().reshape(*labels.grid.shape, 3)[..., 0]
+    lone = replace(labels, values=np.where(np.abs(x - 75) < 55, labels.values, np.uint8(0)))
+    with pytest.raises(
+        FiducialError, match=r"mm apart: the labels seem to hold one breast; label both, or list"
+    ):
+        nipples(lone)
+
+
 def test_markers_on_the_skin_are_no_part_of_the_body(labels):
     values = labels.values.copy()
     values[tuple(np.rint(labels.grid.indices(np.array([[40.0, -70.0, 50.0]]))[0]).astype(int))] = Label.MARKER
