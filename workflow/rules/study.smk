@@ -81,7 +81,7 @@ rule trade_off:
 
 
 rule numbers:
-    """Every number that the report and the README quote, by name."""
+    """Every number that the report quotes, by name."""
     input:
         tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
     output:
