@@ -1,15 +1,19 @@
 """What all tests share: where the repository is, and where real images are, if anywhere."""
 
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numba
 import pytest
 from whole_study import finished, study  # noqa: F401  (fixtures)
 from xdist.scheduler import LoadFileScheduling
 
 REPOSITORY = Path(__file__).parents[1]
+# Matrices of tests are too small to share; threads of MKL wait by spinning. Set before numpy is imported.
+for library in ("OMP", "MKL", "OPENBLAS"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
 RUN_ONCE = "finished"  # the fixture that runs the whole chain
 WORKFLOW, ARTEFACTS = "tests/workflow/", "tests/artefacts/"
 
@@ -52,4 +56,6 @@ def one_thread() -> None:
 
     Results are the same bits on any number of threads; the tests that show it ask for two.
     """
+    import numba
+
     numba.set_num_threads(1)
