@@ -85,10 +85,8 @@ def _named(name: str, groups: Groups, where: str) -> Sequence[Plane]:
     found = [group for group in groups if _is_named(name, group)]
     if len(found) == 1:
         return found[0]
-    many = f"{len(found)} series are" if found else "no series is"
-    raise ImageError(
-        f"{where}: {many} named by {name!r} in {COLUMN}; there are: {_listed(found or groups, groups)}"
-    )
+    many = f"{len(found)} series have" if found else "no series has"
+    raise ImageError(f"{where}: {many} what {COLUMN} says; there are: {_listed(found or groups, groups)}")
 
 
 def _only(groups: Groups, where: str) -> tuple[Sequence[Plane], tuple[str, ...]]:
@@ -136,7 +134,8 @@ def _key(group: Sequence[Plane], groups: Groups) -> str:
     own, *_ = numbers = [str(each[0].tags.get("SeriesNumber", "")) for each in (group, *groups)]
     if own and numbers.count(own) == 2:  # of itself, and among all
         return own
-    return str(group[0].tags.get("SeriesInstanceUID", "without a UID"))
+    uid = str(group[0].tags.get("SeriesInstanceUID", ""))
+    return uid if re.fullmatch(r"[\d.]+", uid) else "without number and UID"
 
 
 def _listed(some: Groups, groups: Groups) -> str:

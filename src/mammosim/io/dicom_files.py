@@ -24,7 +24,7 @@ class File:
 def dicom_files(path: str | Path) -> Iterator[list[File]]:
     """All files of a folder, of a zip and of zips within, or the one file; hidden ones are left out.
 
-    Raises ImageError: not there; a zip that is damaged or encrypted.
+    Raises ImageError: not there; a zip that is damaged or encrypted; a link to nothing.
     """
     path = Path(path)
     if not path.exists():
@@ -36,8 +36,10 @@ def dicom_files(path: str | Path) -> Iterator[list[File]]:
 def _files(path: Path, stack: ExitStack) -> Iterator[File]:
     for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
         name = str(file.relative_to(path)) if file != path else file.name
-        if not file.is_file() or _hidden(name):
+        if _hidden(name) or file.is_dir():
             continue
+        if not file.is_file():
+            raise ImageError(f"{path}: {name} is a link to nothing; copy the files that are linked, too")
         if file.suffix.lower() == ".zip":
             yield from _zipped(file, "" if file == path else f"{name}/", str(file), stack)
         else:
@@ -45,7 +47,13 @@ def _files(path: Path, stack: ExitStack) -> Iterator[File]:
 
 
 def _opening(file: Path) -> Callable[[], BinaryIO]:
-    return lambda: file.open("rb")
+    def opened() -> BinaryIO:
+        try:
+            return file.open("rb")
+        except OSError as error:
+            raise ImageError(f"{file} cannot be read: {error.strerror}; allow it, or copy it") from None
+
+    return opened
 
 
 def _zipped(source: Path | BytesIO, prefix: str, where: str, stack: ExitStack) -> Iterator[File]:

@@ -20,6 +20,8 @@ NATIVE: Mapping[tuple[bool | None, bool | None], UID] = {
     (False, True): ExplicitVRLittleEndian,
     (False, False): ExplicitVRBigEndian,
 }
+# What tags of the pixels mean where they are left out.
+USUAL = {"SamplesPerPixel": 1, "PhotometricInterpretation": "MONOCHROME2"}
 # What pydicom and its decoders raise for pixels that are too short, damaged, or of a kind they lack.
 UNDECODED = (
     AttributeError,
@@ -69,6 +71,8 @@ def _stored(planes: Sequence[Plane], shape: tuple[int, ...]) -> Iterator[np.ndar
     """The stored values (n_row, n_column) of frames of one file, in their order."""
     frames = [plane.frame for plane in planes] if planes[0].several else None
     dataset = with_pixels(planes[0].file)
+    if "PixelData" in dataset and dataset.get("PixelRepresentation") is None:
+        raise ImageError(f"{planes[0]} has no PixelRepresentation, which says the sign; export it again")
     try:
         for plane, stored in zip(planes, iter_pixels(dataset, indices=frames, raw=True), strict=True):
             if stored.shape != shape:
@@ -85,6 +89,11 @@ def with_pixels(file: File) -> Dataset:
         dataset = dcmread(opened, force=True)
     if not dataset.file_meta.get("TransferSyntaxUID"):
         dataset.file_meta.TransferSyntaxUID = NATIVE[dataset.original_encoding]
+    for keyword, value in USUAL.items():
+        if dataset.get(keyword) is None:
+            setattr(dataset, keyword, value)
+    if dataset.get("BitsStored") is None:
+        dataset.BitsStored = dataset.BitsAllocated
     return dataset
 
 
@@ -99,4 +108,8 @@ def undecoded(plane: Plane, dataset: Dataset) -> str:
         return f"{file} is compressed by {syntax.name}, which is not read; export it uncompressed"
     if syntax.is_compressed:
         return f"{file} is cut short or damaged: its pixels ({syntax.name}) do not decode; copy it again"
-    return f"{file} is cut short: its pixels are fewer than its tags say; copy it again"
+    stored = len(dataset.get("PixelData") or b"")
+    bits = dataset.Rows * dataset.Columns * dataset.BitsAllocated * int(dataset.get("NumberOfFrames") or 1)
+    if 8 * stored < bits:
+        return f"{file} is cut short: it has {stored} of {-(-bits // 8)} bytes of pixels; copy it again"
+    return f"{file}: its pixels do not fit its tags, as BitsAllocated or BitsStored; export it again"

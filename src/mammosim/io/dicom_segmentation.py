@@ -4,7 +4,7 @@ Frames of a segmentation may leave out what is empty (DICOM PS3.3 A.51): the gri
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +80,15 @@ def _frames(dataset: Dataset, planes: Sequence[Plane]) -> np.ndarray:
     return stored.reshape(len(planes), *stored.shape[-2:])
 
 
+def _require_named(numbers: np.ndarray, names: Mapping[int, str], plane: Plane) -> None:
+    """Raise ImageError for a segment that is not described."""
+    if unknown := sorted(set(np.unique(numbers).tolist()) - {0, *names}):
+        raise ImageError(
+            f"{plane.where}: {plane.file.name} has frames of segment {unknown[0]}, which it does not name; "
+            "export it again"
+        )
+
+
 def _grid(planes: Sequence[Plane]) -> tuple[Grid, np.ndarray]:
     """The grid that the frames are slices of, and which slice (n_frame,) each is."""
     for plane in planes:
@@ -129,15 +138,12 @@ def _labels(
     kind = str(dataset.get("SegmentationType", "BINARY"))
     if kind == "LABELMAP":
         labels[at] = frames
+        _require_named(labels, names, planes[0])
         return labels
     half = float(dataset.get("MaximumFractionalValue") or 255) / 2 if kind == "FRACTIONAL" else 0.5
     inside = frames >= half
     owner = np.array([int(plane.number("ReferencedSegmentNumber")) for plane in planes])
-    if unknown := sorted(set(owner.tolist()) - set(names)):
-        what = f"{planes[0].where}: {planes[0].file.name}"
-        raise ImageError(
-            f"{what} has frames of segment {unknown[0]}, which it does not name; export it again"
-        )
+    _require_named(owner, names, planes[0])
     size = {number: int(inside[owner == number].sum()) for number in names}
     overlapping = 0
     # ASSUME: of segments that overlap, the smaller one is a part of the larger one.

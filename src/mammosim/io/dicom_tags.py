@@ -9,6 +9,8 @@ from mammosim.io.dicom_planes import Plane
 
 PIXEL_MM = (0.05, 20.0)  # below: in metres, or in centimetres
 GREY = ("MONOCHROME2", "MONOCHROME1")
+# What the text of a tag may be, to be shown: anything else could be a name.
+CODES = {*GREY, "RGB", "PALETTE COLOR", *(f"{a}F{b}" for a in "HF" for b in ("P", "S", "DL", "DR"))}
 EXPORT = "export the series again"
 # Tags that slices of one volume have in common, and how many numbers; 0 for text.
 COMMON = {
@@ -27,8 +29,8 @@ def require_tags(plane: Plane) -> None:
     colours = plane.number("SamplesPerPixel", otherwise=1)
     if colours != 1 or photometric(plane) not in GREY:
         raise ImageError(
-            f"{plane} is in colour (SamplesPerPixel {colours:g}, {photometric(plane)}); give the original "
-            "series, in grey"
+            f"{plane} is in colour (SamplesPerPixel {colours:g}, {_shown(photometric(plane))}); give the "
+            "original series, in grey"
         )
     if "MOSAIC" in plane.tags.get("ImageType", ()):
         raise ImageError(f"{plane} is a mosaic of slices; export the series slice by slice")
@@ -101,4 +103,6 @@ def _close(one: Value, other: Value) -> bool:
 
 
 def _shown(value: Value) -> str:
-    return value if isinstance(value, str) else " ".join(f"{number:g}" for number in value)
+    if isinstance(value, str):
+        return value if value in CODES else "something else"
+    return " ".join(f"{number:g}" for number in value)

@@ -101,6 +101,13 @@ def test_other_slopes_that_differ_are_told(tmp_path: Path) -> None:
     )
 
 
+def test_tags_of_pixels_that_are_left_out_have_their_usual_values(tmp_path: Path) -> None:
+    def bare(k: int, dataset: Dataset) -> None:
+        del dataset.SamplesPerPixel, dataset.PhotometricInterpretation, dataset.BitsStored, dataset.HighBit
+
+    np.testing.assert_array_equal(read_series(write(tmp_path, bare)).image.values, VALUES)
+
+
 def _set(keyword: str, value: object, only: int | None = None) -> Change:
     def change(k: int, dataset: Dataset) -> None:
         if only is None or k == only:
@@ -155,6 +162,9 @@ def _nan(k: int, dataset: Dataset) -> None:
         (_set("PixelSpacing", None, 4), r"5\.dcm has no PixelSpacing"),
         (_set("PixelSpacing", [0.00125, 0.0015]), r"4\.dcm: its PixelSpacing .* as if it were in metres"),
         (_set("RescaleSlope", 0), r"4\.dcm: its RescaleSlope is 0"),
+        (_set("PatientPosition", "DENT", 1), r"8\.dcm: its PatientPosition is something else, that of other"),
+        (_set("PixelRepresentation", None, 1), r"8\.dcm has no PixelRepresentation"),
+        (_set("BitsAllocated", 12, 1), r"8\.dcm: its pixels do not fit its tags"),
         (_set("SamplesPerPixel", 3), r"4\.dcm is in colour \(SamplesPerPixel 3"),
         (_set("PhotometricInterpretation", "PALETTE COLOR", 1), r"8\.dcm is in colour"),
         (

@@ -95,6 +95,14 @@ def test_a_cut_file_without_a_suffix_is_known_by_its_neighbours(tmp_path: Path) 
         read_series(tmp_path / "a")
 
 
+def test_a_link_to_nothing_is_a_lost_slice(tmp_path: Path) -> None:
+    file = write(tmp_path) / "5.dcm"
+    file.unlink()
+    file.symlink_to("annex/5")
+    with pytest.raises(ImageError, match=r"5\.dcm is a link to nothing"):
+        read_series(tmp_path)
+
+
 def test_an_enhanced_file_that_is_cut_short_is_named(tmp_path: Path) -> None:
     file = save(enhanced(), tmp_path / "a.dcm")
     file.write_bytes(file.read_bytes()[:-30])
