@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from mammosim.core.errors import ImageError
 from mammosim.io.dicom_phases import LEAST_PLACES, each_once, phases_of
 from mammosim.io.dicom_planes import Plane
@@ -62,7 +64,7 @@ def _by_series(planes: Sequence[Plane]) -> list[list[Plane]]:
     groups: dict[str, list[Plane]] = {}
     for plane in planes:
         groups.setdefault(str(plane.tags.get("SeriesInstanceUID", "")), []).append(plane)
-    return sorted(groups.values(), key=lambda group: int(group[0].tags.get("SeriesNumber", 0)))
+    return sorted(groups.values(), key=lambda group: _number(group[0], "SeriesNumber", 0))
 
 
 def _parts(wanted: str, groups: Groups) -> tuple[str, int]:
@@ -108,7 +110,7 @@ def _no_volume(group: Sequence[Plane], groups: Groups) -> str:
     tags = group[0].tags
     if all("ImagePositionPatient" not in plane.tags for plane in group):
         return "pictures without a place"
-    if int(tags.get("SamplesPerPixel", 1)) != 1:
+    if _number(group[0], "SamplesPerPixel", 1) != 1:
         return "colour pictures"
     if "LOCALIZER" in tags.get("ImageType", ()) or LOCALISER & set(_words(tags, *DESCRIBING)):
         return "localiser"
@@ -123,10 +125,21 @@ def _directions(group: Sequence[Plane]) -> dict[tuple[float, ...], int]:
     """How many slices stand in each orientation; () for those without one."""
     counts: dict[tuple[float, ...], int] = {}
     for plane in group:
-        value = plane.tags.get("ImageOrientationPatient", ())
-        way = tuple(round(float(v), 2) + 0.0 for v in value)
+        try:
+            value = plane.numbers("ImageOrientationPatient", 6)
+        except ImageError:
+            value = np.zeros(0)
+        way = tuple((np.round(value, 2) + 0.0).tolist())
         counts[way] = counts.get(way, 0) + 1
     return counts
+
+
+def _number(plane: Plane, keyword: str, otherwise: float) -> float:
+    """The value of a tag, where it can be read."""
+    try:
+        return plane.number(keyword, otherwise=otherwise)
+    except ImageError:
+        return otherwise
 
 
 def _key(group: Sequence[Plane], groups: Groups) -> str:

@@ -1,6 +1,5 @@
 """The pixels of DICOM slices as intensities, whatever they are compressed by."""
 
-import struct
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -11,7 +10,7 @@ from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, Implic
 from mammosim.core.errors import ImageError
 from mammosim.io.dicom_decoder import register_decoder
 from mammosim.io.dicom_files import File
-from mammosim.io.dicom_planes import PHILIPS_SCALE, Plane
+from mammosim.io.dicom_planes import PHILIPS_SCALE, UNREADABLE, Plane, readable
 from mammosim.io.dicom_stack import Stack
 
 # How a file that does not name its encoding is encoded: implicit, little endian.
@@ -22,17 +21,6 @@ NATIVE: Mapping[tuple[bool | None, bool | None], UID] = {
 }
 # What tags of the pixels mean where they are left out.
 USUAL = {"SamplesPerPixel": 1, "PhotometricInterpretation": "MONOCHROME2"}
-# What pydicom and its decoders raise for pixels that are too short, damaged, or of a kind they lack.
-UNDECODED = (
-    AttributeError,
-    EOFError,
-    KeyError,
-    NotImplementedError,
-    OSError,
-    RuntimeError,
-    ValueError,
-    struct.error,
-)
 
 
 def intensities(stack: Stack) -> np.ndarray:
@@ -70,35 +58,38 @@ def _scale(plane: Plane, *, private: bool) -> tuple[float, float]:
 def _stored(planes: Sequence[Plane], shape: tuple[int, ...]) -> Iterator[np.ndarray]:
     """The stored values (n_row, n_column) of frames of one file, in their order."""
     frames = [plane.frame for plane in planes] if planes[0].several else None
-    dataset = with_pixels(planes[0].file)
-    if "PixelData" in dataset and dataset.get("PixelRepresentation") is None:
+    dataset = with_pixels(planes[0].file, planes[0].where)
+    if "PixelData" in dataset and "PixelRepresentation" not in planes[0].tags:
         raise ImageError(f"{planes[0]} has no PixelRepresentation, which says the sign; export it again")
     try:
         for plane, stored in zip(planes, iter_pixels(dataset, indices=frames, raw=True), strict=True):
             if stored.shape != shape:
                 raise ImageError(f"{plane} has pixels of {stored.shape}, not {shape}; export it again")
             yield stored
-    except UNDECODED:
+    except UNREADABLE:
         raise ImageError(undecoded(planes[0], dataset)) from None
 
 
-def with_pixels(file: File) -> Dataset:
-    """A whole file, whose pixels can be decoded."""
+def with_pixels(file: File, where: str) -> Dataset:
+    """A whole file, whose pixels can be decoded. Raises ImageError where its tags are damaged."""
     register_decoder()
-    with file.open() as opened:
+    with file.open() as opened, readable(file, where):
         dataset = dcmread(opened, force=True)
-    if not dataset.file_meta.get("TransferSyntaxUID"):
-        dataset.file_meta.TransferSyntaxUID = NATIVE[dataset.original_encoding]
-    for keyword, value in USUAL.items():
-        if dataset.get(keyword) is None:
-            setattr(dataset, keyword, value)
-    if dataset.get("BitsStored") is None:
-        dataset.BitsStored = dataset.BitsAllocated
+        if not dataset.file_meta.get("TransferSyntaxUID"):
+            dataset.file_meta.TransferSyntaxUID = NATIVE[dataset.original_encoding]
+        for keyword, value in (USUAL | {"BitsStored": dataset.BitsAllocated}).items():
+            if dataset.get(keyword) is None:
+                setattr(dataset, keyword, value)
     return dataset
 
 
 def undecoded(plane: Plane, dataset: Dataset) -> str:
-    """What is wrong where the pixels of a plane's file do not decode."""
+    """What is wrong where the pixels of a plane's file do not decode. Raises ImageError: its tags are."""
+    with readable(plane.file, plane.where):
+        return _undecoded(plane, dataset)
+
+
+def _undecoded(plane: Plane, dataset: Dataset) -> str:
     file, syntax = f"{plane.where}: {plane.file.name}", dataset.file_meta.TransferSyntaxUID
     try:
         known = get_decoder(syntax).is_available

@@ -5,7 +5,9 @@ those that all frames share, then the tags of the file. A slice of a classic fil
 """
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+import struct
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,7 @@ import numpy as np
 import pydicom
 from pydicom.config import disable_value_validation
 from pydicom.dataset import FileDataset
-from pydicom.errors import InvalidDicomError
+from pydicom.errors import BytesLengthException, InvalidDicomError
 from pydicom.filereader import read_partial
 from pydicom.uid import UID
 
@@ -26,16 +28,19 @@ PREAMBLE = 128  # bytes before the four letters DICM
 # How a file without these begins: with an element of group 2 or 8, little endian or big.
 GROUPS = (b"\x02\x00", b"\x08\x00", b"\x00\x08")
 PIXELS = {0x7FE00010, 0x7FE00009, 0x7FE00008}
+# What pydicom and its decoders raise for tags and pixels that are damaged, or of a kind that they lack.
 UNREADABLE = (
+    BytesLengthException,
     AttributeError,
     EOFError,
     InvalidDicomError,
-    KeyError,
-    NotImplementedError,
+    LookupError,
     OSError,
     OverflowError,
+    RuntimeError,
     TypeError,
     ValueError,
+    struct.error,
 )
 PHILIPS = "Philips MR Imaging DD 001"
 PHILIPS_SCALE = "scale slope of Philips"  # element 0E of that block of group 2005
@@ -43,7 +48,8 @@ NAMES = """
 SOPClassUID SOPInstanceUID SeriesInstanceUID SeriesNumber InstanceNumber Modality ImageType FrameType
 ImagePositionPatient ImageOrientationPatient PixelSpacing SliceThickness SpacingBetweenSlices
 PatientPosition PatientID PatientName SeriesDescription ProtocolName StudyDescription
-Rows Columns BitsAllocated SamplesPerPixel PhotometricInterpretation RescaleSlope RescaleIntercept
+Rows Columns BitsAllocated PixelRepresentation SamplesPerPixel PhotometricInterpretation
+RescaleSlope RescaleIntercept
 AcquisitionNumber TemporalPositionIdentifier TemporalPositionIndex TemporalPositionTimeOffset
 EchoNumbers EchoTime EffectiveEchoTime InversionTime FlipAngle DiffusionBValue ComplexImageComponent
 TriggerTime NominalCardiacTriggerDelayTime StackID AcquisitionTime FrameAcquisitionDateTime ContentTime
@@ -98,13 +104,23 @@ def planes_of(files: Sequence[File], where: str | Path) -> list[Plane]:
     found: list[Plane] = []
     others: list[str] = []
     for file in files:
-        dataset = _image_header(file, str(where))
-        if dataset is None:
-            others.append(file.name)
-        elif len(dataset):
-            found += planes_in(dataset, file, str(where))
+        with readable(file, str(where)):
+            dataset = _image_header(file, str(where))
+            if dataset is None:
+                others.append(file.name)
+            elif len(dataset):
+                found += planes_in(dataset, file, str(where))
     _require_all_read(others, {_pattern(plane.file.name) for plane in found}, where)
     return found
+
+
+@contextmanager
+def readable(file: File, where: str) -> Iterator[None]:
+    """Raise ImageError, which names the file, for what pydicom raises within where tags are damaged."""
+    try:
+        yield
+    except UNREADABLE:
+        raise ImageError(f"{where}: {file.name} is damaged: its tags cannot be read; copy it again") from None
 
 
 def header(file: File, where: str) -> tuple[FileDataset, bool] | None:
@@ -116,18 +132,13 @@ def header(file: File, where: str) -> tuple[FileDataset, bool] | None:
         reached = tag in PIXELS
         return reached
 
-    with file.open() as opened:
+    with file.open() as opened, readable(file, where):
         head = opened.read(PREAMBLE + 4)
         bare = head[PREAMBLE:] != b"DICM"
         if bare and head[:2] not in GROUPS:
             return None
         opened.seek(0)
-        try:
-            return read_partial(opened, at_pixels, force=bare), reached
-        except UNREADABLE:
-            raise ImageError(
-                f"{where}: {file.name} is damaged: its tags cannot be read; copy it again"
-            ) from None
+        return read_partial(opened, at_pixels, force=bare), reached
 
 
 def _image_header(file: File, where: str) -> FileDataset | None:

@@ -15,8 +15,8 @@ from pydicom.pixels import pixel_array
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid
 from mammosim.io.dicom_files import File, dicom_files
-from mammosim.io.dicom_pixels import UNDECODED, undecoded, with_pixels
-from mammosim.io.dicom_planes import Plane, header, planes_in
+from mammosim.io.dicom_pixels import undecoded, with_pixels
+from mammosim.io.dicom_planes import UNREADABLE, Plane, header, planes_in, readable
 from mammosim.io.dicom_stack import PLACE_TOLERANCE_MM, axes_of, require_straight
 from mammosim.io.dicom_tags import require_place
 from mammosim.io.orientation import rising
@@ -38,9 +38,10 @@ def read_seg(path: str | Path) -> tuple[Grid, np.ndarray, dict[int, str]]:
         if len(found) != 1:
             listed = "".join(f", {file.name}" for file in found)
             raise ImageError(f"{path} has {len(found)} DICOM segmentations{listed}; give the file of one")
-        dataset = with_pixels(found[0])
-        planes = planes_in(dataset, found[0], str(path))
-        names_of = _names(dataset, planes[0])
+        dataset = with_pixels(found[0], str(path))
+        with readable(found[0], str(path)):
+            planes = planes_in(dataset, found[0], str(path))
+            names_of = _names(dataset, planes[0])
         frames = _frames(dataset, planes)
     grid, at = _grid(planes)
     labels = _labels(dataset, planes, frames, names_of, (at, grid.shape))
@@ -75,9 +76,9 @@ def _frames(dataset: Dataset, planes: Sequence[Plane]) -> np.ndarray:
     """The stored frames (n_frame, n_row, n_column). Raises ImageError: fewer or damaged."""
     try:
         stored = pixel_array(dataset, raw=True)
-    except UNDECODED:
+        return stored.reshape(len(planes), *stored.shape[-2:])
+    except UNREADABLE:
         raise ImageError(undecoded(planes[0], dataset)) from None
-    return stored.reshape(len(planes), *stored.shape[-2:])
 
 
 def _require_named(numbers: np.ndarray, names: Mapping[int, str], plane: Plane) -> None:

@@ -142,3 +142,17 @@ def test_an_index_and_a_report_beside_the_slices_are_left_out(tmp_path: Path) ->
     write(tmp_path / "b", report, slices=[0])
     shutil.move(tmp_path / "b" / "9.dcm", tmp_path / "a" / "DICOMDIR")
     np.testing.assert_array_equal(read_series(tmp_path).image.values, VALUES)
+
+
+def test_a_wrong_byte_anywhere_gives_a_volume_or_one_line(tmp_path: Path) -> None:
+    """Of a slice and of an enhanced file; every 23rd byte of their tags becomes another one."""
+    file, whole = write(tmp_path / "a") / "6.dcm", save(enhanced(), tmp_path / "whole.dcm")
+    for path, given in ((file, file.parent), (whole, whole)):
+        data = path.read_bytes()
+        for at in range(128, len(data), 23):
+            path.write_bytes(data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :])
+            try:
+                read_series(given)
+            except ImageError as error:
+                assert "\n" not in str(error)
+                assert not {"Dent", "Mavis"} & set(str(error).replace("^", " ").split())
