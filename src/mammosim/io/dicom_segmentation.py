@@ -18,7 +18,7 @@ from mammosim.io.dicom_files import File, dicom_files
 from mammosim.io.dicom_pixels import undecoded, with_pixels
 from mammosim.io.dicom_planes import UNREADABLE, Plane, header, planes_in, readable
 from mammosim.io.dicom_stack import PLACE_TOLERANCE_MM, axes_of, require_straight
-from mammosim.io.dicom_tags import require_place
+from mammosim.io.dicom_tags import SAME, require_place
 from mammosim.io.orientation import rising
 
 SEGMENTATIONS = ("1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7")  # of segments, of labels
@@ -95,6 +95,11 @@ def _grid(planes: Sequence[Plane]) -> tuple[Grid, np.ndarray]:
     for plane in planes:
         require_place(plane)
     axes = axes_of(planes)
+    turned = [
+        np.abs(plane.numbers("ImageOrientationPatient", 6) - axes.T[:2].ravel()).max() for plane in planes
+    ]
+    if max(turned) > SAME:
+        raise ImageError(f"{planes[int(np.argmax(turned))]} is turned against the others; export it again")
     at = np.array([plane.numbers("ImagePositionPatient", 3) for plane in planes])
     require_straight(planes, at @ axes[:, :2], planes[0].where)
     along = (at - at[np.argmin(at @ axes[:, 2])]) @ axes[:, 2]

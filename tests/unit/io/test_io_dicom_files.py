@@ -1,6 +1,7 @@
 """Series in folders and zips, and files of them that are damaged."""
 
 import io
+import re
 import shutil
 import zipfile
 from pathlib import Path
@@ -144,15 +145,24 @@ def test_an_index_and_a_report_beside_the_slices_are_left_out(tmp_path: Path) ->
     np.testing.assert_array_equal(read_series(tmp_path).image.values, VALUES)
 
 
+def _message(path: Path) -> str:
+    """Why a path is rejected; '' where it is read."""
+    try:
+        read_series(path)
+    except ImageError as error:
+        return str(error)
+    return ""
+
+
 def test_a_wrong_byte_anywhere_gives_a_volume_or_one_line(tmp_path: Path) -> None:
-    """Of a slice and of an enhanced file; every 23rd byte of their tags becomes another one."""
+    """Of a slice and of an enhanced file; every 31st byte becomes another one."""
     file, whole = write(tmp_path / "a") / "6.dcm", save(enhanced(), tmp_path / "whole.dcm")
+    messages = []
     for path, given in ((file, file.parent), (whole, whole)):
         data = path.read_bytes()
-        for at in range(128, len(data), 23):
+        for at in range(128, len(data), 31):
             path.write_bytes(data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :])
-            try:
-                read_series(given)
-            except ImageError as error:
-                assert "\n" not in str(error)
-                assert not {"Dent", "Mavis"} & set(str(error).replace("^", " ").split())
+            messages.append(_message(given))
+        path.write_bytes(data)
+    assert 0 < sum(map(bool, messages)) < len(messages)
+    assert not re.search(r"\n|Dent|Mavis", "".join(messages))

@@ -133,6 +133,11 @@ def _between(dataset: Dataset) -> None:
     group.PlanePositionSequence[0].ImagePositionPatient = place(2.4)
 
 
+def _turned(dataset: Dataset) -> None:
+    orientation = item(ImageOrientationPatient=[0, 1, 0, 0, 0, -1])
+    dataset.PerFrameFunctionalGroupsSequence[1].PlaneOrientationSequence = [orientation]
+
+
 def _without_segment(dataset: Dataset) -> None:
     del dataset.PerFrameFunctionalGroupsSequence[1].SegmentIdentificationSequence
 
@@ -147,6 +152,7 @@ def _short(dataset: Dataset) -> None:
         (_unnamed, r"a\.dcm has frames of segment 2, which it does not name"),
         (_nameless, r"a\.dcm names no segments"),
         (_between, r"a\.dcm, frame \d.* mm off slices of"),
+        (_turned, r"a\.dcm, frame \d is turned against the others"),
         (_without_segment, r"a\.dcm, frame 2 has no ReferencedSegmentNumber"),
         (_short, r"a\.dcm is cut short"),
     ],
