@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from pydicom.config import disable_value_validation
 
 from mammosim.core.errors import ImageError
 from mammosim.core.positions import GRAVITY
@@ -17,7 +16,7 @@ from mammosim.core.volume import Grid, Image
 from mammosim.io.dicom_choice import choose
 from mammosim.io.dicom_files import dicom_files
 from mammosim.io.dicom_pixels import intensities
-from mammosim.io.dicom_planes import PHILIPS_SCALE, PREAMBLE, SUFFIXES, planes_of
+from mammosim.io.dicom_planes import PHILIPS_SCALE, PREAMBLE, SUFFIXES, planes_of, quietly
 from mammosim.io.dicom_stack import RESAMPLE, Stack, stacked
 from mammosim.io.dicom_tags import photometric
 from mammosim.io.orientation import rising
@@ -65,7 +64,7 @@ def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series
     """
     if gaps not in ("", RESAMPLE):
         raise ImageError(f"{path}: gaps = {gaps!r}; write {RESAMPLE!r}, or nothing")
-    with dicom_files(path) as files, disable_value_validation():
+    with dicom_files(path) as files, quietly():
         planes = planes_of(files, path)
         if not planes:
             raise ImageError(

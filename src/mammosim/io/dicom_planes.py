@@ -4,8 +4,10 @@ Enhanced files keep the place of a frame in functional groups (DICOM PS3.3 C.7.6
 those that all frames share, then the tags of the file. A slice of a classic file has the last only.
 """
 
+import logging
 import re
 import struct
+import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -115,6 +117,23 @@ def planes_of(files: Sequence[File], where: str | Path) -> list[Plane]:
 
 
 @contextmanager
+def quietly() -> Iterator[None]:
+    """Without what pydicom says of odd tags and failed decoders, which may quote free text.
+
+    What matters of it is an ImageError.
+    """
+    logger = logging.getLogger("pydicom")
+    level = logger.level
+    with disable_value_validation(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", module="pydicom")
+        logger.setLevel(logging.CRITICAL + 1)
+        try:
+            yield
+        finally:
+            logger.setLevel(level)
+
+
+@contextmanager
 def readable(file: File, where: str) -> Iterator[None]:
     """Raise ImageError, which names the file, for what pydicom raises within where tags are damaged."""
     try:
@@ -175,21 +194,20 @@ def _pattern(name: str) -> str:
 
 def planes_in(dataset: pydicom.Dataset, file: File, where: str) -> list[Plane]:
     """The slices of one file, by its header."""
-    with disable_value_validation():
-        own = _tags(dataset)
-        frames = dataset.get("PerFrameFunctionalGroupsSequence") or []
-        count = int(own.pop("NumberOfFrames", len(frames) or 1))
-        if not frames and count == 1:
-            return [Plane(file, 0, own, where)]
-        groups = [_grouped(item) for item in frames] or [{}] * count
-        if len(groups) != count:
-            raise ImageError(
-                f"{where}: {file.name} has {count} frames and places of {len(groups)}; export it again"
-            )
-        common = own | {"NumberOfFrames": count}
-        for item in dataset.get("SharedFunctionalGroupsSequence") or []:
-            common |= _grouped(item)
-        return [Plane(file, k, common | group, where) for k, group in enumerate(groups)]
+    own = _tags(dataset)
+    frames = dataset.get("PerFrameFunctionalGroupsSequence") or []
+    count = int(own.pop("NumberOfFrames", len(frames) or 1))
+    if not frames and count == 1:
+        return [Plane(file, 0, own, where)]
+    groups = [_grouped(item) for item in frames] or [{}] * count
+    if len(groups) != count:
+        raise ImageError(
+            f"{where}: {file.name} has {count} frames and places of {len(groups)}; export it again"
+        )
+    common = own | {"NumberOfFrames": count}
+    for item in dataset.get("SharedFunctionalGroupsSequence") or []:
+        common |= _grouped(item)
+    return [Plane(file, k, common | group, where) for k, group in enumerate(groups)]
 
 
 def _grouped(item: pydicom.Dataset) -> dict[str, Any]:

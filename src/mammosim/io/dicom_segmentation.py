@@ -9,14 +9,13 @@ from pathlib import Path
 
 import numpy as np
 from pydicom import Dataset
-from pydicom.config import disable_value_validation
 from pydicom.pixels import pixel_array
 
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid
 from mammosim.io.dicom_files import File, dicom_files
 from mammosim.io.dicom_pixels import undecoded, with_pixels
-from mammosim.io.dicom_planes import UNREADABLE, Plane, header, planes_in, readable
+from mammosim.io.dicom_planes import UNREADABLE, Plane, header, planes_in, quietly, readable
 from mammosim.io.dicom_stack import PLACE_TOLERANCE_MM, axes_of, require_straight
 from mammosim.io.dicom_tags import SAME, require_place
 from mammosim.io.orientation import rising
@@ -33,7 +32,7 @@ def read_seg(path: str | Path) -> tuple[Grid, np.ndarray, dict[int, str]]:
     naming the file: none or several segmentations; damaged; frames without a place or segment, or between the
     slices of the others.
     """
-    with dicom_files(path) as files, disable_value_validation():
+    with dicom_files(path) as files, quietly():
         found = [file for file in files if _is_seg(file, str(path))]
         if len(found) != 1:
             listed = "".join(f", {file.name}" for file in found)

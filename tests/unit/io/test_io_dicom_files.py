@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dicom_series import VALUES, enhanced, save, write
+from dicom_series import VALUES, enhanced, save, uid, write
 from pydicom.uid import EnhancedSRStorage
 
 from mammosim.core.errors import ImageError
@@ -143,6 +143,19 @@ def test_an_index_and_a_report_beside_the_slices_are_left_out(tmp_path: Path) ->
     write(tmp_path / "b", report, slices=[0])
     shutil.move(tmp_path / "b" / "9.dcm", tmp_path / "a" / "DICOMDIR")
     np.testing.assert_array_equal(read_series(tmp_path).image.values, VALUES)
+
+
+def test_what_pydicom_says_of_odd_tags_is_not_passed_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, recwarn: pytest.WarningsRecorder
+) -> None:
+    """It quotes them, and they may hold a name: in the log of a job nobody looks for one."""
+    for file in write(tmp_path).iterdir():
+        number = uid("series").encode()  # its tag allows no letters
+        file.write_bytes(file.read_bytes().replace(number, b"Dent^Mavis".ljust(len(number), b"x")))
+    with caplog.at_level(0):
+        read_series(tmp_path)
+    assert not caplog.messages
+    assert not recwarn.list
 
 
 def _message(path: Path) -> str:
