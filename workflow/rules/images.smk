@@ -13,6 +13,7 @@ rule check_input:
         gravity=lambda wildcards: row(wildcards).gravity,
         chest_markers=config["registration"]["chest_markers"],
         registered=lambda wildcards: not data_of(wildcards.v).apart,
+        how=lambda wildcards: series_of(row(wildcards)),
         library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",
@@ -43,7 +44,7 @@ rule inputs_checked:
 
 
 rule import_image:
-    """A DICOM series or NIfTI image as one volume in the patient frame LPS."""
+    """A DICOM series or image file as one volume in the patient frame LPS."""
     input:
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
@@ -51,6 +52,7 @@ rule import_image:
     output:
         "results/images/{v}/{p}.nii.gz",
     params:
+        how=lambda wildcards: series_of(row(wildcards)),
         library=library("import_image.py"),
     log:
         "results/logs/import_image/{v}_{p}.log",

@@ -69,6 +69,11 @@ def data_of(volunteer):
     return allowed.Data(volunteer, given, modelled, config["reference_position"], tuple(held_out))
 
 
+def series_of(row):
+    """Which series of a row's images is meant, and whether its gaps are interpolated."""
+    return {"series": row.series, "gaps": row.gaps}
+
+
 def positions(volunteer):
     """The positions of a volunteer that anything is made of: all that can be brought into one frame."""
     return list(data_of(volunteer).used)
@@ -90,7 +95,7 @@ def segmented(volunteer):
 
 
 HER_DATA = (allowed.IMAGES, allowed.LABELS, allowed.STROKES, allowed.FIDUCIALS)
-COLUMNS = ("volunteer", "position", *HER_DATA, "gravity")
+COLUMNS = ("volunteer", "position", *HER_DATA, "gravity", "series", "gaps")
 RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]

@@ -1,6 +1,6 @@
 """Reject images, labels or a fiducial list that cannot be used, before anything long runs."""
 
-from pathlib import Path
+import logging
 
 import _log
 import numpy as np
@@ -11,17 +11,26 @@ from mammosim.core.errors import FiducialError, ImageError
 from mammosim.core.volume import Image
 from mammosim.imaging.markers import chest_markers, require_four
 from mammosim.imaging.quality import image_quality, require_usable
-from mammosim.io.dicom import read_series
 from mammosim.io.fiducials import read_fiducials
-from mammosim.io.images import read_image, read_labels
+from mammosim.io.images import read_labels
+from mammosim.io.scans import read_scan
 from mammosim.io.tables import write_table
 
 
 def main(
-    files: dict[str, str], job: dict, gravity: np.ndarray, *, found: bool, registered: bool, out: str
+    files: dict[str, str],
+    job: dict,
+    gravity: np.ndarray,
+    *,
+    found: bool,
+    registered: bool,
+    how: dict[str, str],
+    out: str,
 ) -> None:
     given = [
-        usable(files[kind], kind, job["position"], gravity) for kind in ("labels", "images") if kind in files
+        usable(files[kind], kind, job["position"], gravity, how)
+        for kind in ("labels", "images")
+        if kind in files
     ]
     image = given[-1]  # an image tells more than the outline of labels
     if "listed" in files:
@@ -29,9 +38,9 @@ def main(
     write_table(pd.DataFrame([job | image_quality(image, position=job["position"])]), out)
 
 
-def usable(path: str, kind: str, position: str, gravity: np.ndarray) -> Image:
+def usable(path: str, kind: str, position: str, gravity: np.ndarray, how: dict[str, str]) -> Image:
     """The image, or the outline of the labels. Raises ImageError, which names the file."""
-    image, tag = pictured(path, kind)
+    image, tag = pictured(path, kind, how)
     try:
         require_usable(image, position=position, gravity=gravity, patient_position=tag)
     except ImageError as error:
@@ -39,14 +48,14 @@ def usable(path: str, kind: str, position: str, gravity: np.ndarray) -> Image:
     return image
 
 
-def pictured(path: str, kind: str) -> tuple[Image, str | None]:
+def pictured(path: str, kind: str, how: dict[str, str]) -> tuple[Image, str | None]:
     """What a file shows, and the PatientPosition tag of a series."""
     if kind == "labels":
         return outline_image(usable_labels(read_labels(path), path)), None
-    if Path(path).is_dir():
-        series = read_series(path)
-        return series.image, series.patient_position
-    return read_image(path), None
+    scan = read_scan(path, **how)
+    for note in scan.notes:
+        logging.info("%s: %s", path, note)
+    return scan.image, scan.patient_position
 
 
 def check_list(path: str, image: Image, *, found: bool, registered: bool) -> None:
@@ -69,5 +78,6 @@ if __name__ == "__main__":
         np.array(snakemake.params.gravity.split(), float),
         found=snakemake.params.chest_markers == "found",
         registered=snakemake.params.registered,
+        how=snakemake.params.how,
         out=snakemake.output[0],
     )

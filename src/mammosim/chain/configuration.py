@@ -153,15 +153,17 @@ def _related(one: Place, other: Place) -> bool:
 
 Row = Mapping[str, str]
 # Columns of the table of volunteers, and those without which no row can be meant.
-COLUMNS = ("volunteer", "position", "images", "labels", "strokes", "fiducials", "gravity")
+COLUMNS = ("volunteer", "position", "images", "labels", "strokes", "fiducials", "gravity", "series", "gaps")
 NEEDED = ("volunteer", "position", "gravity")
+LIKE = 0.65  # a name that is as near as this to a column's is a slip of it
+GAPS = ("", "resample")  # what may be done to the gaps of unevenly spaced slices
 
 
 def check_columns(rows: Sequence[Row], *, file: str) -> None:
     """Raise ConfigurationError when a column that is needed is not there, or one is named almost rightly."""
     found = list(rows[0]) if rows else list(NEEDED)
     for name in found:
-        near = [] if name in COLUMNS else get_close_matches(name.strip().lower(), COLUMNS, n=1)
+        near = [] if name in COLUMNS else get_close_matches(name.strip().lower(), COLUMNS, n=1, cutoff=LIKE)
         if near and near[0] not in found:
             raise ConfigurationError(f"{file} has a column {name!r}; did you mean {near[0]!r}?")
     if absent := [name for name in NEEDED if name not in found]:
@@ -180,7 +182,7 @@ def check_volunteers(
 ) -> None:
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
-    rows: of volunteer, position, images, labels, strokes, fiducials, gravity ('x y z', scanner frame LPS).
+    rows: of COLUMNS, gravity as 'x y z' in the scanner frame LPS, series as `io.dicom.read_series` has it.
     Each position stands once, and has labels, or images with strokes, of its own. there: whether a path that
     is named is there, or will be; digital: names of digital volunteers, whose scans are in results/raw/NAME.
     """
@@ -220,6 +222,21 @@ def _check_given(row: Row, file: str) -> None:
             f"{file}: volunteer {row['volunteer']!r}, {row['position']}, lacks {' and '.join(lacking)}; give "
             "images with strokes, or labels"
         )
+    _check_series(row, file)
+
+
+def _check_series(row: Row, file: str) -> None:
+    """Raise ConfigurationError where a series is named without images, or gaps are treated otherwise."""
+    if (gaps := row.get("gaps") or "") not in GAPS:
+        raise ConfigurationError(
+            f"{file}: volunteer {row['volunteer']!r}, {row['position']}: gaps {gaps!r} is not known; write "
+            f"{GAPS[1]!r} to have unevenly spaced slices interpolated, or nothing"
+        )
+    if not row.get("images") and (named := [name for name in ("series", "gaps") if row.get(name)]):
+        raise ConfigurationError(
+            f"{file}: volunteer {row['volunteer']!r}, {row['position']}, has {' and '.join(named)} without "
+            "images; name the folder, zip or file of the series, too"
+        )
 
 
 def _check_paths(row: Row, file: str, there: Callable[[str], bool]) -> None:
@@ -244,10 +261,11 @@ def _check_paths(row: Row, file: str, there: Callable[[str], bool]) -> None:
 def _check_own(rows: Sequence[Row], file: str) -> None:
     """Raise ConfigurationError where two rows have the same images, or the same labels."""
     for kind in ("images", "labels"):
-        first: dict[str, Row] = {}
+        first: dict[tuple[str, str], Row] = {}
         for row in rows:
             path = (row.get(kind) or "").rstrip("/")
-            if path and (other := first.setdefault(path, row)) is not row:
+            one = path, (row.get("series") or "") if kind == "images" else ""  # a folder may hold several
+            if path and (other := first.setdefault(one, row)) is not row:
                 whose = " and ".join(f"{r['volunteer']} {r['position']}" for r in (other, row))
                 raise ConfigurationError(f"{file}: {kind} {path!r} are given for {whose}; give each its own")
 

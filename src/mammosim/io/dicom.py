@@ -1,29 +1,28 @@
 """Reading one DICOM series as one volume in the patient frame LPS, or saying why it is none.
 
-Spacing and orientation follow the positions of the slices (DICOM PS3.3 C.7.6.2): SliceThickness is the
-thickness of the excited slab, not the distance to the next one.
+A series is a folder, a zip, or one file of several frames: `dicom_files` finds its slices, `dicom_choice` the
+series and phase that is meant, `dicom_stack` judges their places, `dicom_pixels` reads the intensities.
 """
 
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pydicom
-from pydicom.errors import InvalidDicomError
 
 from mammosim.core.errors import ImageError
 from mammosim.core.positions import GRAVITY
 from mammosim.core.volume import Grid, Image
-from mammosim.io.images import image_of, itk_volume
+from mammosim.io.dicom_choice import choose
+from mammosim.io.dicom_files import dicom_files
+from mammosim.io.dicom_pixels import intensities
+from mammosim.io.dicom_planes import PHILIPS_SCALE, PREAMBLE, SUFFIXES, planes_of, quietly
+from mammosim.io.dicom_stack import RESAMPLE, Stack, stacked
+from mammosim.io.dicom_tags import photometric
+from mammosim.io.orientation import rising
 
-# Distances between slices may differ by this part of the usual one: rounding of decimal strings.
-GAP_TOLERANCE = 0.02
-# Slices may be shifted within their plane by this much from one to the next.
-SHEAR_TOLERANCE_MM = 0.01
-NEEDED = ("SeriesInstanceUID", "ImageOrientationPatient", "ImagePositionPatient", "PixelSpacing", "PixelData")
+DESCRIBING = ("SeriesDescription", "ProtocolName", "StudyDescription")
+NOTED_MM = 0.005  # deviations from an even grid below this are rounding
 
 
 @dataclass(frozen=True)
@@ -31,148 +30,104 @@ class Series:
     """One volume and what its headers say about it.
 
     position: name of core.positions found in the description of series, protocol or study; None without.
-    patient_position: the PatientPosition tag, e.g. 'HFP': head or feet first, prone or supine.
+    patient_position: the PatientPosition tag, e.g. 'HFP': head or feet first, prone or supine; None of a file
+    that is no series.
     volunteer: the PatientID tag; None when empty.
+    notes: what was done beside reading it, a line each, without anything that could be a patient's name.
     """
 
     image: Image
     position: str | None
-    patient_position: str
+    patient_position: str | None
     volunteer: str | None
+    notes: tuple[str, ...] = ()
 
 
-def read_series(folder: str | Path) -> Series:
-    """Read all slices of a folder; axes permuted and flipped to the order (z, y, x), not resampled.
+def is_series(path: str | Path) -> bool:
+    """Whether a path is read by `read_series`: a folder, a zip or a DICOM file."""
+    path = Path(path)
+    if path.is_dir() or path.suffix.lower() in (".zip", *SUFFIXES):
+        return True
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(PREAMBLE + 4)[PREAMBLE:] == b"DICM"
 
-    Raises ImageError: no DICOM; several series; slices that differ in size, spacing or orientation; no
-    PatientPosition; two slices in one place; a missing slice.
+
+def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series:
+    """Read one series of a folder, a zip or a file; axes permuted and flipped to the order (z, y, x).
+
+    series: which one, where there are several: its number, its UID or a part of its description, and
+    ' phase N' where it has several volumes; gaps: 'resample' to interpolate unevenly spaced slices linearly
+    onto an even grid; nothing else is resampled. Raises ImageError, which names the file: no DICOM; several
+    series or phases and none named; slices that are damaged, differ or are lost; no PatientPosition.
     """
-    slices = _slices(Path(folder))
-    _require_one_series(slices, folder)
-    _require_equal(slices, folder)
-    first = slices[0]
-    along = _positions(slices) @ _normal(first)
-    order = np.argsort(along)
-    _require_even(along[order], folder)
-    return Series(
-        _volume([slices[k] for k in order], folder),
-        _described_position(first),
-        str(first.PatientPosition),
-        str(first.get("PatientID") or "") or None,
-    )
-
-
-def _slices(folder: Path) -> list[pydicom.Dataset]:
-    if not folder.is_dir():
-        raise ImageError(f"no folder {folder}; give the folder that holds the DICOM files of one series")
-    slices = [found for path in sorted(folder.rglob("*")) if path.is_file() and (found := _slice(path))]
-    if len(slices) < 2:
-        raise ImageError(
-            f"{folder} has {len(slices)} DICOM slices with pixels and position; a volume needs at least 2"
-        )
-    return slices
-
-
-def _slice(path: Path) -> pydicom.Dataset | None:
-    try:
-        dataset = pydicom.dcmread(path)
-    except InvalidDicomError:
-        return None
-    return dataset if all(key in dataset for key in NEEDED) else None
-
-
-def _require_one_series(slices: Sequence[pydicom.Dataset], folder: str | Path) -> None:
-    count = Counter(str(s.SeriesInstanceUID) for s in slices)
-    if len(count) > 1:
-        text = {str(s.SeriesInstanceUID): str(s.get("SeriesDescription", "")) for s in slices}
-        listed = "; ".join(f"{n} slices of {text[uid]!r} {uid}" for uid, n in count.items())
-        raise ImageError(
-            f"{folder} mixes {len(count)} series: {listed}; give each series a folder of its own"
-        )
-
-
-def _require_equal(slices: Sequence[pydicom.Dataset], folder: str | Path) -> None:
-    without = sum(not s.get("PatientPosition") for s in slices)
-    if without:
-        raise ImageError(
-            f"{folder}: {without} of {len(slices)} slices have no PatientPosition tag (0018,5100), so that "
-            "the position cannot be checked against gravity; add HFP, HFS, FFP or FFS as scanned"
-        )
-    for key in ("Rows", "Columns", "PatientPosition", "PixelSpacing", "ImageOrientationPatient"):
-        values = [s.get(key) for s in slices]
-        odd = next((value for value in values if not _equal(value, values[0])), None)
-        if odd is not None:
+    if gaps not in ("", RESAMPLE):
+        raise ImageError(f"{path}: gaps = {gaps!r}; write {RESAMPLE!r}, or nothing")
+    with dicom_files(path) as files, quietly():
+        planes = planes_of(files, path)
+        if not planes:
             raise ImageError(
-                f"{folder}: {key} is {values[0]} in one slice and {odd} in another; a volume needs equal "
-                "slices: take out localizers and other views"
+                f"{path} has 0 DICOM slices with pixels; a volume needs at least 2; give the folder or zip "
+                "of a series"
             )
-
-
-def _equal(a: Any, b: Any) -> bool:
-    return (
-        a == b if isinstance(a, str) else bool(np.allclose(np.array(a, float), np.array(b, float), atol=1e-4))
+        chosen = choose(planes, series, str(path))
+        stack = stacked(chosen.planes, str(path), whole=chosen.whole, resampled=gaps == RESAMPLE)
+        values = intensities(stack)
+    notes = (*chosen.notes, *_notes(stack))
+    tags = stack.planes[0].tags
+    if _is_inverse(stack):
+        np.subtract(values.max(), values, out=values)  # the brightest becomes 0
+    if gaps == RESAMPLE and not stack.is_even:
+        stack, values = _resampled(stack, values)
+    return Series(
+        _image(stack, values),
+        _described_position(" ".join(str(tags.get(key, "")) for key in DESCRIBING)),
+        str(tags["PatientPosition"]),
+        str(tags.get("PatientID", "")) or None,
+        notes,
     )
 
 
-def _positions(slices: Sequence[pydicom.Dataset]) -> np.ndarray:
-    return np.array([s.ImagePositionPatient for s in slices], float)
+def _notes(stack: Stack) -> Iterator[str]:
+    """What was done, or stands out, of slices that are one volume."""
+    off = float(np.abs(stack.off_mm).max())
+    if not stack.is_even:
+        gaps = np.diff(stack.along)
+        yield f"slices {gaps.min():.3f} to {gaps.max():.3f} mm apart, interpolated onto an even grid"
+    elif off > NOTED_MM:
+        yield f"slices are up to {off:.3f} mm off an even grid of {stack.step_mm:.3f} mm"
+    if _is_inverse(stack):
+        yield "MONOCHROME1: dark and bright exchanged"
+    slopes = {plane.number("RescaleSlope", otherwise=1) for plane in stack.planes}
+    if stack.all_have(PHILIPS_SCALE):
+        yield "intensities on the private scale of Philips, the same for all slices"
+    elif len(slopes) > 1:
+        yield f"RescaleSlope is {min(slopes):g} to {max(slopes):g}: each slice has a scale of its own"
 
 
-def _axes(dataset: pydicom.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors along a row (rising column index) and along a column (rising row index)."""
-    orientation = np.array(dataset.ImageOrientationPatient, float)
-    return orientation[:3], orientation[3:]
+def _is_inverse(stack: Stack) -> bool:
+    """Whether the lowest value is white."""
+    return photometric(stack.planes[0]) == "MONOCHROME1"
 
 
-def _normal(dataset: pydicom.Dataset) -> np.ndarray:
-    return np.cross(*_axes(dataset))
+def _image(stack: Stack, values: np.ndarray) -> Image:
+    spacing = np.array([*stack.pixel_mm, stack.step_mm])
+    return Image(*rising(Grid(values.shape, spacing, stack.origin, stack.axes), values))
 
 
-def _require_even(along: np.ndarray, folder: str | Path) -> None:
-    """along (n,) mm: sorted distances of the slices along their normal."""
-    gaps = np.diff(along)
-    usual = np.median(gaps)
-    if np.any(gaps < 1e-3):
-        where = along[np.argmin(gaps)]
-        raise ImageError(
-            f"{folder} has two slices at {where:.2f} mm along the slice normal ({np.sum(gaps < 1e-3)} such "
-            "pairs); keep one phase or one repetition"
-        )
-    if np.any(np.abs(gaps - usual) > GAP_TOLERANCE * usual):
-        k = int(np.argmax(np.abs(gaps - usual)))
-        raise ImageError(
-            f"{folder} lacks a slice: between {along[k]:.2f} and {along[k + 1]:.2f} mm along the normal "
-            f"the distance is {gaps[k]:.3f} mm, elsewhere {usual:.3f} mm (limit {GAP_TOLERANCE:.0%}); "
-            "export the series again"
-        )
+def _resampled(stack: Stack, values: np.ndarray) -> tuple[Stack, np.ndarray]:
+    """The slices interpolated linearly along their normal, evenly from the first to the last one."""
+    along = stack.along
+    even = np.linspace(0, along[-1], round(along[-1] / np.median(np.diff(along))) + 1)
+    below = np.clip(np.searchsorted(along, even, side="right") - 1, 0, len(along) - 2)
+    share = (even - along[below]) / (along[below + 1] - along[below])
+    found = np.empty((len(even), *values.shape[1:]), np.float32)
+    for k, (at, part) in enumerate(zip(below, share)):
+        found[k] = (1 - part) * values[at] + part * values[at + 1]
+    return replace(stack, along=even), found
 
 
-def _volume(slices: Sequence[pydicom.Dataset], folder: str | Path) -> Image:
-    """The volume of slices sorted along their normal."""
-    row, column = _axes(slices[0])
-    normal = np.cross(row, column)
-    origins = _positions(slices)
-    step = (origins[-1] - origins[0]) / (len(slices) - 1)
-    shift = np.linalg.norm(step - (step @ normal) * normal)
-    if shift > SHEAR_TOLERANCE_MM:
-        raise ImageError(
-            f"{folder}: each slice is shifted by {shift:.3f} mm in its plane, the limit is "
-            f"{SHEAR_TOLERANCE_MM:g} mm; resample the series onto a rectangular grid"
-        )
-    between_rows, between_columns = map(float, slices[0].PixelSpacing)
-    values = np.stack([_intensities(s) for s in slices])
-    spacing = np.array([between_columns, between_rows, step @ normal])
-    grid = Grid(values.shape, spacing, origins[0], np.column_stack([row, column, normal]))
-    return image_of(itk_volume(grid, values))
-
-
-def _intensities(dataset: pydicom.Dataset) -> np.ndarray:
-    """Stored values (n_row, n_column) times RescaleSlope plus RescaleIntercept."""
-    slope, intercept = float(dataset.get("RescaleSlope", 1)), float(dataset.get("RescaleIntercept", 0))
-    return (dataset.pixel_array * slope + intercept).astype(np.float32)
-
-
-def _described_position(dataset: pydicom.Dataset) -> str | None:
-    keys = ("SeriesDescription", "ProtocolName", "StudyDescription")
-    words = " ".join(str(dataset.get(key, "")) for key in keys).lower().replace("-", "_").split()
+def _described_position(text: str) -> str | None:
+    words = text.lower().replace("-", "_").split()
     return next((word for word in words if word in GRAVITY), None)

@@ -365,6 +365,9 @@ def table(**change) -> list[dict[str, str]]:
         ({"position": "supine", "gravity": "0 1 0"}, "stand twice"),
         ({"strokes": ""}, "'a', prone, lacks strokes; give images with strokes, or labels"),
         ({"labels": "l.nii.gz", "images": ""}, "labels of prone and none of supine; give labels of each"),
+        ({"gaps": "yes"}, "'a', prone: gaps 'yes' is not known; write 'resample'"),
+        ({"labels": "l.nii.gz", "images": "", "series": "5"}, "'a', prone, has series without images"),
+        ({"images": "series_supine"}, "images 'series_supine' are given for a prone and a supine"),
     ],
 )
 def test_a_volunteer_table_that_contradicts_itself_is_rejected(change, words):
@@ -425,6 +428,10 @@ def test_a_tissue_without_parameters_is_named():
         ConfigurationError, match="no parameters for tissue 'glandular'; add youngs_modulus_kpa"
     ):
         check_tissues(["adipose", "muscle"], ["adipose", "glandular", "muscle"], file="standard.yaml")
+
+
+def test_one_folder_may_hold_the_series_of_two_positions():
+    check_volunteers(table(images="series_supine", series="3", gaps="resample"), file="volunteers.tsv")
 
 
 def test_a_volunteer_without_rows_is_named():

@@ -26,9 +26,10 @@ def check(script, monkeypatch, tmp_path):
     """check_input with these files; `judged` is told each picture with what it is judged by."""
     module = script("check_input")
     monkeypatch.setattr(module, "read_labels", lambda path: LABELS)
-    monkeypatch.setattr(module, "read_image", lambda path: IMAGE)
     monkeypatch.setattr(
-        module, "read_series", lambda path: SimpleNamespace(image=IMAGE, patient_position="HFP")
+        module,
+        "read_scan",
+        lambda path, series, gaps: SimpleNamespace(image=IMAGE, patient_position="HFP", notes=(series, gaps)),
     )
     monkeypatch.setattr(module, "image_quality", lambda image, *, position: {"brightest": image.values.max()})
 
@@ -36,7 +37,8 @@ def check(script, monkeypatch, tmp_path):
         monkeypatch.setattr(module, "require_usable", judged)
         monkeypatch.setattr(module, "read_fiducials", lambda path: listed)
         out = tmp_path / "row.csv"
-        module.main(files, JOB, PRONE, found=found, registered=registered, out=str(out))
+        how = {"series": "5", "gaps": "resample"}
+        module.main(files, JOB, PRONE, found=found, registered=registered, how=how, out=str(out))
         return read_table(out).to_dict("records")
 
     run.module = module
@@ -59,6 +61,12 @@ def test_labels_and_image_are_both_judged_by_her_position_and_a_series_by_its_ta
     assert (outline, image) == (1000.0, 7.0)
     assert by_position == {"position": "prone", "gravity": PRONE, "patient_position": None}
     assert by_tag == {"position": "prone", "gravity": PRONE, "patient_position": "HFP"}
+
+
+def test_the_named_series_is_read_and_what_stands_out_is_logged(check, caplog):
+    with caplog.at_level("INFO"):
+        check({"images": "folder"})
+    assert caplog.messages == ["folder: 5", "folder: resample"]
 
 
 @pytest.mark.parametrize(("value", "kind"), [(1000.0, "labels"), (7.0, "images")])

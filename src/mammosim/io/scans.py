@@ -1,0 +1,19 @@
+"""The scan of one position, whatever it comes as."""
+
+from pathlib import Path
+
+from mammosim.core.errors import ImageError
+from mammosim.io.dicom import Series, is_series, read_series
+from mammosim.io.images import read_image
+
+
+def read_scan(path: str | Path, *, series: str = "", gaps: str = "") -> Series:
+    """A DICOM series by `read_series`, with its `series` and `gaps`, or an image file by `read_image`.
+
+    Raises ImageError as these do, and for an image file beside which a series is named.
+    """
+    if is_series(path):
+        return read_series(path, series=series, gaps=gaps)
+    if series or gaps:
+        raise ImageError(f"{path} is one image, of which no series and no gaps are told; leave these empty")
+    return Series(read_image(path), None, None, None)

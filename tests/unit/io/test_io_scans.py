@@ -1,0 +1,28 @@
+"""A scan is a series or an image file, whichever its path is."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dicom_series import GRID, VALUES, write
+
+from mammosim.core.errors import ImageError
+from mammosim.core.volume import Image
+from mammosim.io.images import write_image
+from mammosim.io.scans import read_scan
+
+
+def test_a_folder_is_a_series(tmp_path: Path) -> None:
+    scan = read_scan(write(tmp_path), series="5")
+    np.testing.assert_array_equal(scan.image.values, VALUES)
+    assert scan.patient_position == "HFP"
+
+
+def test_a_file_is_an_image_without_a_tag(tmp_path: Path) -> None:
+    path = tmp_path / "a.nii.gz"
+    write_image(Image(GRID, VALUES.astype(np.float32)), path)
+    scan = read_scan(path)
+    np.testing.assert_array_equal(scan.image.values, VALUES)
+    assert scan.patient_position is None
+    with pytest.raises(ImageError, match=r"a\.nii\.gz is one image, of which no series"):
+        read_scan(path, series="5")
