@@ -7,12 +7,14 @@ rule check_input:
         images=lambda wildcards: row(wildcards).images or [],
         labels=lambda wildcards: row(wildcards).labels or [],
         listed=lambda wildcards: row(wildcards).fiducials or [],
+        strokes=lambda wildcards: row(wildcards).strokes or [],
     output:
         "results/checked/{v}_{p}.csv",
     params:
         gravity=lambda wildcards: row(wildcards).gravity,
         chest_markers=config["registration"]["chest_markers"],
         registered=lambda wildcards: not data_of(wildcards.v).apart,
+        sides=config["compression"]["sides"],
         library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",

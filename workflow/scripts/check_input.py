@@ -1,4 +1,4 @@
-"""Reject images, labels or a fiducial list that cannot be used, before anything long runs."""
+"""Reject images, labels, a fiducial list or strokes that cannot be used, before anything long runs."""
 
 from pathlib import Path
 
@@ -7,25 +7,37 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.labelled import outline_image, usable_labels
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import FiducialError, ImageError, SegmentationError
 from mammosim.core.volume import Image
 from mammosim.imaging.markers import chest_markers, require_four
+from mammosim.imaging.plausible_points import require_plausible
+from mammosim.imaging.plausible_strokes import require_painted
 from mammosim.imaging.quality import image_quality, require_usable
 from mammosim.io.dicom import read_series
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.images import read_image, read_labels
+from mammosim.io.strokes import read_strokes
 from mammosim.io.tables import write_table
 
 
 def main(
-    files: dict[str, str], job: dict, gravity: np.ndarray, *, found: bool, registered: bool, out: str
+    files: dict[str, str],
+    job: dict,
+    gravity: np.ndarray,
+    *,
+    found: bool,
+    registered: bool,
+    sides: list[str],
+    out: str,
 ) -> None:
     given = [
         usable(files[kind], kind, job["position"], gravity) for kind in ("labels", "images") if kind in files
     ]
     image = given[-1]  # an image tells more than the outline of labels
     if "listed" in files:
-        check_list(files["listed"], image, found=found, registered=registered)
+        check_list(files["listed"], image, found=found, registered=registered, sides=sides)
+    if "strokes" in files and "labels" not in files:  # given labels stand in the place of a segmentation
+        check_strokes(files["strokes"], image)
     write_table(pd.DataFrame([job | image_quality(image, position=job["position"])]), out)
 
 
@@ -49,16 +61,29 @@ def pictured(path: str, kind: str) -> tuple[Image, str | None]:
     return read_image(path), None
 
 
-def check_list(path: str, image: Image, *, found: bool, registered: bool) -> None:
-    """Raise FiducialError where positions are brought together by chest markers that are not four."""
+def check_list(path: str, image: Image, *, found: bool, registered: bool, sides: list[str]) -> None:
+    """Raise FiducialError for points that cannot be meant in the image, and for names that are needed.
+
+    Those are the nipples of the sides, and four chest markers where positions are brought together by them.
+    """
     listed = read_fiducials(path)
-    if not registered:
-        return
     try:
-        listed = chest_markers(image, listed) if found else listed
-        require_four(listed.of_kind("chest"))
+        listed.require(f"nipple_{side}" for side in sides)
+        require_plausible(listed, image)
+        if registered:
+            listed = chest_markers(image, listed) if found else listed
+            require_four(listed.of_kind("chest"))
     except FiducialError as error:
         raise FiducialError(f"{path} with its image: {error}") from None
+
+
+def check_strokes(path: str, image: Image) -> None:
+    """Raise SegmentationError for strokes that cannot be meant in the image."""
+    strokes = read_strokes(path)
+    try:
+        require_painted(strokes, image)
+    except SegmentationError as error:
+        raise SegmentationError(f"{path}: {error}") from None
 
 
 if __name__ == "__main__":
@@ -69,5 +94,6 @@ if __name__ == "__main__":
         np.array(snakemake.params.gravity.split(), float),
         found=snakemake.params.chest_markers == "found",
         registered=snakemake.params.registered,
+        sides=snakemake.params.sides,
         out=snakemake.output[0],
     )

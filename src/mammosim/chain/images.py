@@ -24,7 +24,8 @@ from mammosim.imaging.markers import chest_markers, require_four
 from mammosim.imaging.segmentation import Segmentation
 from mammosim.io.fiducials import read_fiducials, write_fiducials
 from mammosim.io.images import read_image, read_labels, write_image, write_labels
-from mammosim.io.tables import read_table, write_table
+from mammosim.io.strokes import read_strokes
+from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform, write_transform
 
 STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
@@ -46,7 +47,7 @@ def load_scan(files: Mapping[str, str]) -> Image:
 
 def load_strokes(files: Mapping[str, str]) -> pd.DataFrame:
     """Columns x_mm, y_mm, z_mm, tissue."""
-    return read_table(files["strokes"])
+    return read_strokes(files["strokes"])
 
 
 def load_given_labels(files: Mapping[str, str]) -> LabelMap:
