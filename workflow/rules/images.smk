@@ -146,3 +146,20 @@ rule take_labels:
         mem_mb=1000,
     script:
         "../scripts/stage.py"
+
+
+rule label_colours:
+    """Names and colours of the labels, once for all label maps: for 3D Slicer, and for ITK-SNAP."""
+    output:
+        slicer="results/segmentation/tissues.ctbl",
+        snap="results/segmentation/tissues_itksnap.txt",
+    params:
+        library=library("label_colours.py"),
+    log:
+        "results/logs/label_colours.log",
+    benchmark:
+        "results/benchmarks/label_colours/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/label_colours.py"

@@ -61,8 +61,9 @@ def load_fiducials(files: Mapping[str, str]) -> Fiducials:
 
 
 def save_fiducials(fiducials: Fiducials, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """Write markers and nipples."""
+    """Write markers and nipples, also as 3D Slicer reads them."""
     write_fiducials(fiducials, files["fiducials"])
+    write_fiducials(fiducials, files["markups"])
 
 
 load_listed = load_reference_fiducials = load_moved_fiducials = load_fiducials
