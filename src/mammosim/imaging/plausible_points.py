@@ -11,7 +11,7 @@ from mammosim.core.fiducials import NIPPLES, Fiducials
 from mammosim.core.volume import Grid, Image
 from mammosim.imaging.outline import body_mask, coarsened
 
-VOXEL_MM = 2.0  # the outline needs no finer voxels
+VOXEL_MM = 3.0  # the outline needs no finer voxels
 # ASSUME: the middle of a marker, or a nipple that the outline smooths away, is within 8 mm of the skin, and
 # half a voxel by which the outline itself is off. Right lists of digital volunteers are within 3 mm, at 4 mm.
 REACH_MM = 8.0
@@ -20,6 +20,8 @@ REACH_MM = 8.0
 ZERO_MM = 3.0
 # ASSUME: markers and nipples of a chest span at least 50 mm, and less than a metre.
 SPANS_MM = (50.0, 1000.0)
+# ASSUME: no two markers are glued on one place; points nearer than that are one, marked or copied twice.
+SAME_PLACE_MM = 1.0
 SHOWN = 3
 
 
@@ -133,7 +135,7 @@ def require_plausible(listed: Fiducials, image: Image) -> None:
     """Raise FiducialError, a line without the file, where points cannot be meant in the image they go with.
 
     That is: most would lie on its skin in another frame or unit; one lies outside the image, in the air, deep
-    in the body or where programs leave what was not placed; left and right are exchanged.
+    in the body or where programs leave what was not placed; two lie at one place; left is not left.
     """
     skin = Skin.of(image)
     off = skin.at(listed.points)
@@ -146,6 +148,7 @@ def require_plausible(listed: Fiducials, image: Image) -> None:
         raise FiducialError(f"{name} {_place(off[unplaced][0])}, at 0 0 0: was it placed? mark it again")
     if bad.any():
         raise FiducialError(_off_the_skin(listed, skin, off, bad))
+    _require_apart(listed)
     if not _left_is_left(listed.points, listed.names):
         x = [listed.point(name)[0] for name in NIPPLES]
         raise FiducialError(
@@ -168,6 +171,18 @@ def _require_no_mistake(listed: Fiducials, skin: Skin, n_bad: int) -> None:
         raise FiducialError(
             f"{n_bad} of {n} points, which span {span:.3g} mm, are far from the skin of the image; {words}, "
             f"{count} of {n} lie on it: {step}"
+        )
+
+
+def _require_apart(listed: Fiducials) -> None:
+    """Raise FiducialError where two points lie at one place."""
+    apart = np.linalg.norm(listed.points[:, None] - listed.points[None], axis=2)
+    apart[np.tril_indices(len(apart))] = np.inf
+    if (apart < SAME_PLACE_MM).any():
+        a, b = np.unravel_index(np.argmin(apart), apart.shape)
+        raise FiducialError(
+            f"{listed.names[a]} and {listed.names[b]} lie at one place, {apart[a, b]:.2g} mm apart; mark one "
+            "anew"
         )
 
 

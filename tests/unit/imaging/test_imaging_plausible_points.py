@@ -95,6 +95,12 @@ def test_a_point_at_zero_that_is_not_on_the_skin_was_never_placed(chest, marked)
         require_plausible(changed(moved, breast_1=(0, 0, 0)), image)
 
 
+def test_two_names_do_not_stand_for_one_place(chest, marked):
+    copied = changed(marked, breast_2=marked.point("breast_1") + 0.2)
+    with pytest.raises(FiducialError, match=r"^breast_1 and breast_2 lie at one place, 0\.35 mm apart; mark"):
+        require_plausible(copied, chest.image)
+
+
 def test_left_is_left(chest, marked):
     left, right = (marked.point(f"nipple_{side}") for side in ("left", "right"))
     with pytest.raises(FiducialError, match=r"^nipple_left lies to the right of nipple_right, .* exchange"):
