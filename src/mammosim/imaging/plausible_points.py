@@ -169,7 +169,7 @@ def _require_no_mistake(listed: Fiducials, skin: Skin, n_bad: int) -> None:
     if found := mistake(listed.points, skin.grid, fits, at_least=least):
         words, step, count = found
         raise FiducialError(
-            f"{n_bad} of {n} points, which span {span:.3g} mm, are far from the skin of the image; {words}, "
+            f"{n} points span {span:.3g} mm, {n_bad} of them far from the skin of the image; {words}, "
             f"{count} of {n} lie on it: {step}"
         )
 

@@ -34,27 +34,39 @@ def given_table(path: str | Path, *, error: type[MammosimError], columns: Iterab
     text = given_text(path)
     if not text.strip("\0 \r\n\t"):
         raise error(f"{path} is empty; its first line should be: {','.join(columns)}")
-    separator = _separator(text)
-    try:
-        table = pd.read_csv(
-            io.StringIO(text),
-            sep=separator,
-            keep_default_na=False,
-            na_values=[""],
-            index_col=False,
-            skipinitialspace=True,
-            quoting=csv.QUOTE_MINIMAL,
-        )
-    except (pd.errors.ParserError, ValueError) as wrong:
-        raise error(
-            f"{path} is no table: {' '.join(str(wrong).split())}; give columns {','.join(columns)}"
-        ) from None
-    table.columns = [str(name).strip().strip("#").strip() for name in table.columns]
-    for name in [name for name in table.columns if not pd.api.types.is_numeric_dtype(table[name])]:
-        table[name] = [_cell(value, separator) for value in table[name]]
+    table = pd.read_csv(
+        io.StringIO(_tidy(text, path, error)), keep_default_na=False, na_values=[""], index_col=False
+    )
     if table.empty:
         raise error(f"{path} has a header and no rows; was it cut off? save it again")
     return table
+
+
+def _tidy(text: str, path: str | Path, error: type[MammosimError]) -> str:
+    """The same table by commas with decimal points, without blanks around cells and empty cells at the end.
+
+    Raises `error` where a row has more cells than the header, or a quotation mark is open.
+    """
+    separator = _separator(text)
+    try:
+        rows = [
+            [_cell(cell, separator) for cell in row]
+            for row in csv.reader(io.StringIO(text), delimiter=separator, skipinitialspace=True, strict=True)
+            if any(row)
+        ]
+    except csv.Error as wrong:
+        raise error(f"{path} is no table: {wrong}; close what a quotation mark opens") from None
+    header = [name.lstrip("#").strip() for name in rows[0]]
+    width = 1 + max((n for n, name in enumerate(header) if name), default=0)
+    for number, row in enumerate(rows[1:], 1):
+        if any(row[width:]):
+            raise error(
+                f"{path}: row {number} has {len(row)} cells and the header {width}; name each column, and "
+                "write decimal points where commas separate"
+            )
+    tidy = io.StringIO()
+    csv.writer(tidy, lineterminator="\n").writerows([header[:width], *(row[:width] for row in rows[1:])])
+    return tidy.getvalue()
 
 
 def ends_whole(path: str | Path) -> bool:
@@ -74,9 +86,7 @@ def _separator(text: str) -> str:
     return max(SEPARATORS[::-1], key=head.count)
 
 
-def _cell(value: object, separator: str) -> object:
-    """Text without blanks around it, a decimal comma as a point."""
-    if not isinstance(value, str):
-        return value
-    comma = separator != "," and DECIMAL_COMMA.match(value)
-    return value.strip().replace(",", ".") if comma else value.strip()
+def _cell(cell: str, separator: str) -> str:
+    """Without blanks around it, a decimal comma as a point."""
+    comma = separator != "," and DECIMAL_COMMA.match(cell)
+    return cell.strip().replace(",", ".") if comma else cell.strip()

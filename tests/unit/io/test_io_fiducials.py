@@ -56,6 +56,9 @@ def test_slicer_ras_becomes_lps(tmp_path: Path) -> None:
             r"last line has no end, and chest_2, .* missing: was it cut off",
         ),
         ("name,x_mm,y_mm,z_mm\n", "has a header and no rows"),
+        (" , ,\nchest_1,1,2\n", "row 1 has 3 cells and the header 1"),
+        ('name,x_mm,y_mm,z_mm\n"chest_1,1,2,3\n', r"list\.csv is no table: .* quotation mark"),
+        ("name,x_mm,y_mm,z_mm\nchest_1,1,5,2,3\n", "row 1 has 5 cells and the header 4; .* decimal points"),
         ("", r"list\.csv is empty; its first line should be: name,kind,x_mm,y_mm,z_mm"),
         (
             "label,l,p,s,defined\nchest_1,1,2,3,1\nchest_2,0,0,0,0\n",
@@ -75,7 +78,7 @@ def test_a_faulty_list_is_rejected(tmp_path: Path, text: str, message: str) -> N
         ("name,kind,x_mm,y_mm,z_mm\nchest_1 ,chest,1.5,-2,3\nNipple Left,nipple,0.5,1,2\n", "utf-8-sig"),
         ("name;kind;x_mm;y_mm;z_mm\nchest_1;chest;1,5;-2;3\nnipple-left;nipple;0,5;1;2\n", "utf-8"),
         ("name\tx_mm\ty_mm\tz_mm\nchest_1\t1,5\t-2\t3\nleft nipple\t0,5\t1\t2\n", "utf-16"),
-        ("name,x_mm,y_mm,z_mm,note\nchest_1,1.5,-2,3,gr\xf6\xdfer\nnipple_left,0.5,1,2,\n", "latin-1"),
+        ("name,x_mm,y_mm,z_mm,note\nchest_1,1.5,-2,3,gr\xf6\xdfer\nnipple_left,0.5,1,2,,,\n", "latin-1"),
         ("label,r,a,s,defined\nchest_1,-1.5,2,3,1\nnipple_left,-0.5,-1,2,1\n", "utf-8"),
         ("label,l,p,s,defined\r\nchest_01,1.5,-2,3,1\r\nNIPPLE_LEFT,0.5,1,2,1\r\n", "utf-8"),
     ],
