@@ -210,7 +210,7 @@ def _off_the_skin(listed: Fiducials, skin: Skin, off: np.ndarray, bad: np.ndarra
     elif len(names) > 1 and not any(name.startswith("chest") for name in names):
         why = "were they marked in the image of another position? give the list of this one"
     else:
-        why = "mark them in this image"
+        why = "mark anew in this image, or give the list of this position"
     usual = f"markers and nipples lie within {skin.limit_mm:.0f} mm of it"
     return f"{', '.join(places[:SHOWN])}{more}; {usual}; {why}"
 

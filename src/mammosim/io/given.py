@@ -32,7 +32,7 @@ def given_table(path: str | Path, *, error: type[MammosimError], columns: Iterab
     should have, for the message. Raises `error` where there is no text, no row, or a quotation mark is open.
     """
     text = given_text(path)
-    if not text.strip("\0 \r\n\t"):
+    if not text.strip("\0 \r\n\t,;"):
         raise error(f"{path} is empty; its first line should be: {','.join(columns)}")
     table = pd.read_csv(
         io.StringIO(_tidy(text, path, error)), keep_default_na=False, na_values=[""], index_col=False

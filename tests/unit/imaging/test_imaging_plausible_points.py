@@ -70,7 +70,7 @@ def test_an_image_that_stands_on_its_head_is_found_by_its_points(marked, render)
 
 def test_one_point_in_the_air_under_the_skin_or_outside_is_named(chest, marked):
     for place, words in (
-        ((65, -95, 0), r"nipple_left is \d+ mm from the skin, in the air; .* mark them in this image"),
+        ((65, -95, 0), r"nipple_left is \d+ mm from the skin, in the air; .* mark anew in this image"),
         ((65, -30, 0), r"nipple_left is \d+ mm under the skin"),
         ((900, 900, 900), r"nipple_left is outside the image; .* ends at x -164 to 164"),
     ):
