@@ -40,3 +40,4 @@ rule study:
         "results/study/report.html",
         "results/study/numbers.json",
         "results/study/provenance.json",
+        "results/segmentation/tissues.ctbl",

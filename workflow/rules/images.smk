@@ -7,6 +7,7 @@ rule check_input:
         images=lambda wildcards: row(wildcards).images or [],
         labels=lambda wildcards: row(wildcards).labels or [],
         listed=lambda wildcards: row(wildcards).fiducials or [],
+        strokes=lambda wildcards: row(wildcards).strokes or [],
     output:
         "results/checked/{v}_{p}.csv",
     params:
@@ -14,6 +15,7 @@ rule check_input:
         chest_markers=config["registration"]["chest_markers"],
         registered=lambda wildcards: not data_of(wildcards.v).apart,
         how=lambda wildcards: series_of(row(wildcards)),
+        sides=config["compression"]["sides"],
         library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",
@@ -146,3 +148,20 @@ rule take_labels:
         mem_mb=1000,
     script:
         "../scripts/stage.py"
+
+
+rule label_colours:
+    """Names and colours of the labels, once for all label maps: for 3D Slicer, and for ITK-SNAP."""
+    output:
+        slicer="results/segmentation/tissues.ctbl",
+        snap="results/segmentation/tissues_itksnap.txt",
+    params:
+        library=library("label_colours.py"),
+    log:
+        "results/logs/label_colours.log",
+    benchmark:
+        "results/benchmarks/label_colours/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/label_colours.py"

@@ -1,4 +1,4 @@
-"""Reject images, labels or a fiducial list that cannot be used, before anything long runs."""
+"""Reject images, labels, a fiducial list or strokes that cannot be used, before anything long runs."""
 
 import logging
 
@@ -7,13 +7,16 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.labelled import outline_image, usable_labels
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import FiducialError, ImageError, SegmentationError
 from mammosim.core.volume import Image
 from mammosim.imaging.markers import chest_markers, require_four
+from mammosim.imaging.plausible_points import require_plausible
+from mammosim.imaging.plausible_strokes import require_painted
 from mammosim.imaging.quality import image_quality, require_usable
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.images import read_labels
 from mammosim.io.scans import read_scan
+from mammosim.io.strokes import read_strokes
 from mammosim.io.tables import write_table
 
 
@@ -25,6 +28,7 @@ def main(
     found: bool,
     registered: bool,
     how: dict[str, str],
+    sides: list[str],
     out: str,
 ) -> None:
     given = [
@@ -34,7 +38,9 @@ def main(
     ]
     image = given[-1]  # an image tells more than the outline of labels
     if "listed" in files:
-        check_list(files["listed"], image, found=found, registered=registered)
+        check_list(files["listed"], image, found=found, registered=registered, sides=sides)
+    if "strokes" in files and "labels" not in files:  # given labels stand in the place of a segmentation
+        check_strokes(files["strokes"], image)
     write_table(pd.DataFrame([job | image_quality(image, position=job["position"])]), out)
 
 
@@ -58,16 +64,29 @@ def pictured(path: str, kind: str, how: dict[str, str]) -> tuple[Image, str | No
     return scan.image, scan.patient_position
 
 
-def check_list(path: str, image: Image, *, found: bool, registered: bool) -> None:
-    """Raise FiducialError where positions are brought together by chest markers that are not four."""
+def check_list(path: str, image: Image, *, found: bool, registered: bool, sides: list[str]) -> None:
+    """Raise FiducialError for points that cannot be meant in the image, and for names that are needed.
+
+    Those are the nipples of the sides, and four chest markers where positions are brought together by them.
+    """
     listed = read_fiducials(path)
-    if not registered:
-        return
     try:
-        listed = chest_markers(image, listed) if found else listed
-        require_four(listed.of_kind("chest"))
+        listed.require(f"nipple_{side}" for side in sides)
+        require_plausible(listed, image)
+        if registered:
+            listed = chest_markers(image, listed) if found else listed
+            require_four(listed.of_kind("chest"))
     except FiducialError as error:
         raise FiducialError(f"{path} with its image: {error}") from None
+
+
+def check_strokes(path: str, image: Image) -> None:
+    """Raise SegmentationError for strokes that cannot be meant in the image."""
+    strokes = read_strokes(path)
+    try:
+        require_painted(strokes, image)
+    except SegmentationError as error:
+        raise SegmentationError(f"{path}: {error}") from None
 
 
 if __name__ == "__main__":
@@ -79,5 +98,6 @@ if __name__ == "__main__":
         found=snakemake.params.chest_markers == "found",
         registered=snakemake.params.registered,
         how=snakemake.params.how,
+        sides=snakemake.params.sides,
         out=snakemake.output[0],
     )

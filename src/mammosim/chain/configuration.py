@@ -202,7 +202,7 @@ def check_volunteers(
     _check_own(rows, file)
     for volunteer in positions:
         scans = [row.get("images") or "" for row in rows if row["volunteer"] == volunteer]
-        if volunteer in digital and not any(scan.startswith(f"results/raw/{volunteer}/") for scan in scans):
+        if volunteer in digital and not all(scan.startswith(f"results/raw/{volunteer}/") for scan in scans):
             raise ConfigurationError(
                 f"{file}: {volunteer!r} is the name of a digital volunteer, whose scans are in results/raw/"
                 f"{volunteer}; give another name"

@@ -15,8 +15,9 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MM3_PER_CM3, MN_PER_N
 from mammosim.mechanics.compression import Compression
-from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidContact
+from mammosim.mechanics.effects import Effect, RigidContact
 from mammosim.mechanics.reference import cell_strain, face_quadrature
+from mammosim.mechanics.stress import bulk_of
 
 MM2_PER_CM2 = 100.0
 # What is measured in every cell, and what on every face of the skin.
@@ -64,7 +65,7 @@ def tissue_measures(mesh: TetMesh, effects: Iterable[Effect], x: np.ndarray) -> 
     energy_kpa: elastic energy per stress-free volume, 1 kPa = 1 uJ/mm3.
     Raises MechanicsError when the effects have no bulk tissue.
     """
-    strain, energy = cell_strain(mesh, x), _bulk(effects).energies(x)
+    strain, energy = cell_strain(mesh, x), bulk_of(effects).energies(x)
     principal = {f"principal_{i + 1}": strain.principal[:, i] for i in range(3)}
     return pd.DataFrame(
         {"tissue": mesh.tissue, "volume_mm3": strain.volume, "J": strain.J}
@@ -75,13 +76,6 @@ def tissue_measures(mesh: TetMesh, effects: Iterable[Effect], x: np.ndarray) -> 
             "energy_kpa": energy / strain.volume,
         }
     )
-
-
-def _bulk(effects: Iterable[Effect]) -> NeoHookean | MixedNeoHookean:
-    for effect in effects:
-        if isinstance(effect, NeoHookean | MixedNeoHookean):
-            return effect
-    raise MechanicsError("no bulk tissue among the effects; give those of mechanics.body.Body.effects")
 
 
 def skin_measures(mesh: TetMesh, plates: Mapping[str, RigidContact], x: np.ndarray) -> pd.DataFrame:

@@ -24,7 +24,8 @@ from mammosim.imaging.markers import chest_markers, require_four
 from mammosim.imaging.segmentation import Segmentation
 from mammosim.io.fiducials import read_fiducials, write_fiducials
 from mammosim.io.images import read_image, read_labels, write_image, write_labels
-from mammosim.io.tables import read_table, write_table
+from mammosim.io.strokes import read_strokes
+from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform, write_transform
 
 STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
@@ -46,7 +47,7 @@ def load_scan(files: Mapping[str, str]) -> Image:
 
 def load_strokes(files: Mapping[str, str]) -> pd.DataFrame:
     """Columns x_mm, y_mm, z_mm, tissue."""
-    return read_table(files["strokes"])
+    return read_strokes(files["strokes"])
 
 
 def load_given_labels(files: Mapping[str, str]) -> LabelMap:
@@ -60,8 +61,9 @@ def load_fiducials(files: Mapping[str, str]) -> Fiducials:
 
 
 def save_fiducials(fiducials: Fiducials, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """Write markers and nipples."""
+    """Write markers and nipples, also as 3D Slicer reads them."""
     write_fiducials(fiducials, files["fiducials"])
+    write_fiducials(fiducials, files["markups"])
 
 
 load_listed = load_reference_fiducials = load_moved_fiducials = load_fiducials

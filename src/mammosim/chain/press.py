@@ -4,7 +4,7 @@ Its effects are weight and friction.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ import pandas as pd
 from mammosim.chain.breast import Breast
 from mammosim.chain.conditions import uses_standard
 from mammosim.chain.discomfort import amounts_above, skin_measures, tissue_measures
+from mammosim.chain.fields import Fields, fields_of
 from mammosim.chain.graph import Inputs
 from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts, thickness_map
@@ -42,7 +43,7 @@ class Pressed:
     """A breast between the plates: its mesh, pressed, and its tables.
 
     path: see mechanics.compression.Compression; cells, faces, amounts: chain.discomfort; thickness and
-    plates: chain.plates; row: MEASURED and the outcome.
+    plates: chain.plates; row: MEASURED and the outcome; fields: chain.fields, to look at.
     """
 
     mesh: TetMesh
@@ -53,6 +54,7 @@ class Pressed:
     thickness: pd.DataFrame
     row: Mapping[str, float | str]
     plates: Mapping[str, float]
+    fields: Fields = field(default_factory=Fields)
 
 
 def pressed_breast(
@@ -79,6 +81,7 @@ def pressed_breast(
             float(found.path.readout_mm.iloc[-1]),
             widest_mm=float(np.nanmax(found.gap(x[mesh.boundary_nodes("skin")]))),
         ),
+        fields=fields_of(mesh, setup.effects, x),
     )
 
 
@@ -260,9 +263,10 @@ TABLES = ("path", "faces", "amounts", "thickness")
 
 
 def save_pressed(found: Pressed, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """The shape with its strains, a row, tables, and where the plates are."""
+    """The shape with displacement, strains and stress, a row, tables, and where the plates are."""
     cells = {name: found.cells[name].to_numpy() for name in found.cells.columns.drop("tissue")}
-    write_mesh(found.mesh, files["shape"], cell_data=cells)
+    fields = {**found.fields.cells, **cells}
+    write_mesh(found.mesh, files["shape"], point_data=found.fields.nodes, cell_data=fields)
     write_table(pd.DataFrame([{**job, **found.row}]), files["row"])
     write_json(dict(found.plates), files["plates"])
     for name in TABLES:

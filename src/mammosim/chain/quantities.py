@@ -53,7 +53,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "nipple_mm": Quantity(
         "place of the nipple in the position",
         ("loaded",),
-        lambda chain: nipple_of(chain, chain["loaded"].points),
+        lambda chain: nipple_of(chain, chain["loaded"].mesh.points),
     ),
     "force_n": Quantity("force of the paddle", ("pressed",), _pressed("force_n")),
     "thickness_mm": Quantity("thickness under the paddle", ("pressed",), _pressed("thickness_mm")),

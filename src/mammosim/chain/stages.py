@@ -61,7 +61,7 @@ LABELLED: Mapping[str, Stage] = {
         "images.fiducials",
         (Need("scan", finds_markers), Need("listed", is_marked), Need("labels", is_unmarked)),
         ("registration.chest_markers",),
-        files=Files("results/fiducials/{v}/{p}", {"fiducials": ".csv"}),
+        files=Files("results/fiducials/{v}/{p}", {"fiducials": ".csv"}, beside={"markups": ".mrk.json"}),
     ),
     "registration": Stage(
         "images.registration",
@@ -81,7 +81,7 @@ LABELLED: Mapping[str, Stage] = {
     "moved_fiducials": Stage(
         "images.moved_fiducials",
         ("fiducials", "transform"),
-        files=Files(REGISTERED, {"fiducials": "_fiducials.csv"}),
+        files=Files(REGISTERED, {"fiducials": "_fiducials.csv"}, beside={"markups": "_fiducials.mrk.json"}),
     ),
     "segmentation": Stage(
         "images.segmentation",

@@ -4,12 +4,13 @@ Its effects are gland and muscle (stiffer than fat), skin, fascia and ligaments.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
 from mammosim.chain.conditions import begins_with_mean
+from mammosim.chain.fields import Fields, fields_of
 from mammosim.chain.graph import Inputs
 from mammosim.chain.morph import Morph, MorphSettings, morphed, sound_mean
 from mammosim.core.errors import ConfigurationError
@@ -164,20 +165,29 @@ def load_stress_free(files: Mapping[str, str]) -> StressFree:
     return StressFree(read_mesh(files["shape"]), pd.DataFrame(columns=HISTORY))
 
 
-def loaded(inputs: Inputs) -> TetMesh:
+@dataclass(frozen=True)
+class LoadedShape:
+    """The body in equilibrium; fields: chain.fields, to look at, none where it was read from a file."""
+
+    mesh: TetMesh
+    fields: Fields = field(default_factory=Fields)
+
+
+def loaded(inputs: Inputs) -> LoadedShape:
     """The body in the position of the load."""
     newton = NewtonSettings(tolerance=inputs.setting("mechanics.newton_tolerance"))
     gravity = gravity_direction(inputs.setting("load.position"))
     rest: TetMesh = inputs["stress_free"].mesh
-    points: np.ndarray = inputs["body"].load(rest, gravity, settings=Settings(newton=newton)).points
-    return rest.moved_to(points)
+    body: Body = inputs["body"]
+    points: np.ndarray = body.load(rest, gravity, settings=Settings(newton=newton)).points
+    return LoadedShape(rest.moved_to(points), fields_of(rest, body.effects(rest), points))
 
 
-def save_loaded(shape: TetMesh, files: Mapping[str, str], job: Mapping[str, str]) -> None:
-    """The shape."""
-    write_mesh(shape, files["shape"])
+def save_loaded(found: LoadedShape, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+    """The shape, with displacement, strain and stress."""
+    write_mesh(found.mesh, files["shape"], point_data=found.fields.nodes, cell_data=found.fields.cells)
 
 
-def load_loaded(files: Mapping[str, str]) -> TetMesh:
-    """What save_loaded wrote."""
-    return read_mesh(files["shape"])
+def load_loaded(files: Mapping[str, str]) -> LoadedShape:
+    """The shape that save_loaded wrote."""
+    return LoadedShape(read_mesh(files["shape"]))

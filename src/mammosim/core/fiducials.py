@@ -1,12 +1,20 @@
 """Named points on a volunteer: markers and nipples, in mm, in the patient frame LPS."""
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 import numpy as np
 
 from mammosim.core.errors import FiducialError
 
 KINDS = ("chest", "breast", "nipple")
+NIPPLES = ("nipple_left", "nipple_right")
+# Those of a complete list; there may be more of a kind.
+NAMES = (*(f"chest_{n}" for n in range(1, 5)), *(f"breast_{n}" for n in range(1, 7)), *NIPPLES)
+NUMBERED = re.compile(r"(chest|breast)_?0*([1-9][0-9]*)")
+SIDED = re.compile(r"nipple_?(left|right)|(left|right)_?nipple")
 
 
 @dataclass(frozen=True)
@@ -40,3 +48,32 @@ class Fiducials:
             raise FiducialError(f"no fiducial {name!r}; the list has: {', '.join(self.names)}")
         x: np.ndarray = self.points[self.names.index(name)]
         return x
+
+    def require(self, names: Iterable[str]) -> None:
+        """Raise FiducialError where one of these is not listed."""
+        if absent := [name for name in names if name not in self.names]:
+            verb = "is" if len(absent) == 1 else "are"
+            raise FiducialError(f"{' and '.join(absent)} {verb} missing; mark what is missing in the image")
+
+
+def usual_name(written: str) -> str:
+    """The name that is meant by 'Breast 1', 'nipple-left' or 'Left nipple '; '' where none is."""
+    plain = re.sub(r"[\s_.-]+", "_", written.strip().lower())
+    if found := NUMBERED.fullmatch(plain):
+        return f"{found[1]}_{found[2]}"
+    found = SIDED.fullmatch(plain)
+    return f"nipple_{found[1] or found[2]}" if found else ""
+
+
+def kind_of(name: str) -> str:
+    """The kind that a name begins with."""
+    return name.split("_")[0]
+
+
+def advice_on(unknown: str, listed: Iterable[str]) -> str:
+    """What to do about a name that is none: the missing one that it is most like, else all of them."""
+    missing = [name for name in NAMES if name not in set(listed)]
+    near = get_close_matches(unknown.strip().lower(), missing, n=1, cutoff=0.7)
+    if near:
+        return f"{near[0]} is missing, did you mean that? rename the point"
+    return "name the points chest_1 to chest_4, breast_1 to breast_6, nipple_left and nipple_right"

@@ -70,7 +70,7 @@ def mammogram(
         cmap="gray",
         vmin=low * 0.55,
         vmax=high,
-        extent=(0, width, height, 0),
+        extent=(*((0, width) if side == "left" else (width, 0)), height, 0),
         interpolation="antialiased",
     )
     ax.grid(False)
@@ -78,7 +78,7 @@ def mammogram(
     if lesion is not None and lesion.any():
         v, u = np.argwhere(lesion).mean(axis=0) + 0.5
         x, y = v * pixel_mm, (u - c0) * pixel_mm
-        centre = (x, y) if side == "left" else (width - x, height - y)
+        centre = (x, y if side == "left" else height - y)
         radius = 2.2 * np.sqrt(lesion.sum() / np.pi) * pixel_mm
         ax.add_patch(Circle(centre, radius, fill=False, color=ORANGE, lw=1.1, ls=(0, (4, 3))))
     if row:
@@ -149,10 +149,11 @@ def _draw_slice_of_breast(ax: Axes, image: Image, lesion: np.ndarray, above_mm: 
     low, high = np.percentile(V[V != 0], (5, 99.5)) if np.any(V != 0) else (0.0, 1.0)
     # Rows of the slice run to posterior, columns to the left: the chest wall to the left, lateral above.
     shown, x, y = V.T[::-1, ::-1], grid.shape[1] - 1 - j, grid.shape[2] - 1 - i
-    if side == "right":
-        shown, x, y = shown[::-1, ::-1], shown.shape[1] - 1 - x, shown.shape[0] - 1 - y
     step = grid.spacing[0]
-    extent = (0, shown.shape[1] * step, shown.shape[0] * step, 0)
+    height, width = np.array(shown.shape) * step
+    if side == "right":
+        shown, y = shown[::-1, ::-1], shown.shape[0] - 1 - y
+    extent = (*((0, width) if side == "left" else (width, 0)), height, 0)
     ax.imshow(shown, cmap="gray", vmin=low, vmax=high, extent=extent, interpolation="antialiased")
     if above_mm == 0:
         ax.add_patch(

@@ -51,6 +51,8 @@ SOFT = (Label.ADIPOSE, Label.GLANDULAR, Label.SKIN, Label.MUSCLE)
 LEAST_COVER_MM = 6.0
 SKIN_MM = 3.0
 LEAST_POINTS = 3
+# What must be painted; air is known round the body.
+NEEDED = tuple(label.tissue for label in TISSUES if label is not Label.AIR)
 AIR_POINTS = 300
 MARKER_MM = 7.0
 AT_ONCE = 200_000
@@ -164,7 +166,7 @@ def _training(image: Image, strokes: pd.DataFrame) -> tuple[np.ndarray, np.ndarr
             f"unknown tissue {sorted(unknown)} in the strokes; choose of: {', '.join(known)}"
         )
     classes = np.array([known[tissue] for tissue in strokes["tissue"]], np.uint8)
-    if absent := [label.tissue for label in TISSUES if np.count_nonzero(classes == label) < LEAST_POINTS]:
+    if absent := [name for name in NEEDED if np.count_nonzero(strokes["tissue"] == name) < LEAST_POINTS]:
         raise SegmentationError(f"fewer than {LEAST_POINTS} points of {', '.join(absent)}; paint some")
     points = strokes[["x_mm", "y_mm", "z_mm"]].to_numpy(float)
     voxels = np.round(image.grid.indices(points)).astype(int)

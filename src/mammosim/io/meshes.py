@@ -2,7 +2,7 @@
 
 Cell data `tissue` holds the label of a tetrahedron (0 on triangles), `shares` those of every label in its
 volume (nan on triangles), where cells are of several tissues, `boundary` the number of a triangle's
-boundary in BOUNDARY_NUMBERS (0 on tetrahedra).
+boundary in BOUNDARY_NUMBERS (0 on tetrahedra). Field data `tissue_1_adipose` and so on name the labels.
 """
 
 from collections.abc import Mapping
@@ -12,6 +12,7 @@ import meshio
 import numpy as np
 
 from mammosim.core.errors import MeshError
+from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import require_there
@@ -46,6 +47,23 @@ def write_mesh(
     stored = meshio.Mesh(mesh.points, cells, point_data=_rows(point_data), cell_data=fields)
     with replacing(path) as temporary:
         meshio.vtu.write(temporary, stored, binary=True, compression="zlib")
+        _tell_tissues(temporary)
+
+
+def _tell_tissues(path: Path) -> None:
+    """Add to a `.vtu` what its numbers mean: field data tissue_1_adipose and so on, and components of shares.
+
+    Arrays of one number each, since meshio reads no text.
+    """
+    head, grid, rest = path.read_bytes().partition(b"<UnstructuredGrid>")
+    told = "".join(
+        f'<DataArray type="UInt8" Name="tissue_{label:d}_{label.tissue}" NumberOfTuples="1" format="ascii">'
+        f"{label:d}</DataArray>"
+        for label in Label
+    )
+    names = " ".join(f'ComponentName{label:d}="{label.tissue}"' for label in Label)
+    rest = rest.replace(b'Name="shares"', f'Name="shares" {names}'.encode(), 1)
+    path.write_bytes(head + grid + f"<FieldData>{told}</FieldData>".encode() + rest)
 
 
 def _rows(fields: Mapping[str, np.ndarray] | None) -> dict[str, np.ndarray]:

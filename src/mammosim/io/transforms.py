@@ -1,7 +1,8 @@
 """Rigid transforms as ITK `.tfm` files.
 
-The file maps points of the moving position into the reference frame, y = R x + t in LPS, mm. Programs that
-resample with it (they ask where a point of the reference came from) need its inverse.
+In memory y = R x + t moves points of the moving position into the reference frame, LPS, mm. The file holds
+the inverse, x = R^T (y - t), from fixed to moving, as ITK, 3D Slicer and ANTs read one: whoever resamples the
+moving image with it sees the two images together.
 """
 
 from pathlib import Path
@@ -16,7 +17,7 @@ from mammosim.io.missing import require_there
 
 
 def read_transform(path: str | Path) -> RigidTransform:
-    """y = R x + t of any ITK file that holds one rigid or affine transform.
+    """y = R x + t, from moving to fixed, of any ITK file that holds one rigid or affine transform.
 
     Raises ImageError when the file is absent, unreadable, not linear, or its matrix no rotation.
     """
@@ -24,15 +25,15 @@ def read_transform(path: str | Path) -> RigidTransform:
         raise ImageError(f"no transform {path}; run the registration, or correct the path")
     require_there(path)
     try:
-        return rigid_of(sitk.ReadTransform(str(path)))
+        return rigid_of(sitk.ReadTransform(str(path))).inverse()
     except (RuntimeError, ValueError) as error:
         raise ImageError(f"{path} holds no rigid transform; give one rotation and shift ({error})") from error
 
 
 def write_transform(transform: RigidTransform, path: str | Path) -> None:
-    """Write `.tfm`, complete or not at all."""
+    """Write the inverse of y = R x + t as `.tfm`, complete or not at all."""
     with replacing(path) as temporary:
-        sitk.WriteTransform(itk_transform(transform), str(temporary))
+        sitk.WriteTransform(itk_transform(transform.inverse()), str(temporary))
 
 
 def itk_transform(transform: RigidTransform) -> sitk.AffineTransform:

@@ -241,6 +241,12 @@ class CellStrain:
     volume: np.ndarray
 
     @property
+    def green_lagrange(self) -> np.ndarray:
+        """E (n_cell, 3, 3) = (F^T F - 1) / 2."""
+        E: np.ndarray = (np.swapaxes(self.F, 1, 2) @ self.F - np.eye(3)) / 2
+        return E
+
+    @property
     def logarithmic(self) -> np.ndarray:
         """Ascending principal values (n_cell, 3) of Hencky's strain ln U = ln(2 E + 1) / 2, U^2 = F^T F."""
         H: np.ndarray = np.log1p(2 * self.principal) / 2

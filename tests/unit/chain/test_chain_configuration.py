@@ -406,6 +406,9 @@ def test_a_volunteer_of_ones_own_has_no_name_of_a_digital_one():
         check_volunteers(table(), file="volunteers.tsv", digital=["a"])
     rows = [row | {"images": f"results/raw/a/{row['position']}"} for row in table()]
     check_volunteers(rows, file="volunteers.tsv", digital=["a"])
+    for own in ({"images": "mine"}, {"images": "", "labels": "mine.nii.gz"}):
+        with pytest.raises(ConfigurationError, match="name of a digital volunteer"):
+            check_volunteers([rows[0], rows[1] | own], file="volunteers.tsv", digital=["a"])
 
 
 def test_columns_that_lack_or_are_named_almost_rightly_are_named():

@@ -13,6 +13,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import IDENTITY, RigidTransform
 from mammosim.core.volume import Grid, Image
 from mammosim.imaging import registration, segmentation
+from mammosim.io.fiducials import read_fiducials
 
 REFERENCE = Image(Grid((2, 2, 2), np.ones(3), np.zeros(3)), np.ones((2, 2, 2), np.float32))
 IMAGE = Image(Grid((2, 2, 2), np.ones(3), np.zeros(3)), np.zeros((2, 2, 2), np.float32))
@@ -77,3 +78,16 @@ def test_another_stream_grows_another_forest(called):
         _chain(seed=seed).make("labels")
         seeds.append(called["segmentation"].seed)
     assert seeds[0] == seeds[1] != seeds[2]
+
+
+def test_points_are_kept_as_a_table_and_as_slicer_reads_them(called, tmp_path):
+    for name in ("fiducials", "moved_fiducials"):
+        stage, files = STAGES[name], STAGES[name].files
+        paths = {
+            key: str(tmp_path / f"{name}{end}") for key, end in {**files.endings, **files.beside}.items()
+        }
+        given = _chain()[name]
+        stage.save(given, paths, {})
+        markups = read_fiducials(next(path for path in paths.values() if path.endswith(".mrk.json")))
+        np.testing.assert_array_equal(markups.points, stage.load(paths).points)
+        np.testing.assert_array_equal(markups.points, given.points)

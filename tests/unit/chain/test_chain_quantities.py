@@ -67,7 +67,7 @@ def test_the_nipple_moves_with_the_skin_from_the_common_frame_on(block):
     np.testing.assert_allclose(nipple_of(chain, mesh.points), [12.0, -2.0, 11.3])
     sunk = mesh.points * [1.0, 1.0, 2.0] - [0.0, 0.0, 40.0]
     np.testing.assert_allclose(nipple_of(chain, sunk), [12.0, -2.0, 22.6 - 40.0])
-    loaded = chain | {"loaded": mesh.moved_to(sunk)}
+    loaded = chain | {"loaded": SimpleNamespace(mesh=mesh.moved_to(sunk))}
     np.testing.assert_allclose(QUANTITIES["nipple_mm"].of(loaded), [12.0, -2.0, 22.6 - 40.0])
 
 

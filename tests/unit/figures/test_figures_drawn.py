@@ -161,12 +161,18 @@ def test_a_row_without_solution_is_a_cross_and_not_a_point(torso):
     np.testing.assert_array_equal(crosses[0].get_xdata(), [0.5])
 
 
-def test_the_lesion_is_circled_on_the_same_side_as_it_is_drawn(torso):
-    for side, x in (("left", 20.5), ("right", None)):
-        figure = radiograph.mammogram(**shot(), side=side)
-        circle, ax = figure.axes[0].patches[0], figure.axes[0]
-        expected = x if x is not None else ax.get_xlim()[1] - 20.5
-        assert circle.center[0] == pytest.approx(expected)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_axis_of_a_mammogram_begins_at_the_chest_wall_which_hangs_at_the_side_of_the_breast(side):
+    given = shot()
+    given["image"] = np.where(given["lesion"], 100.0, given["image"])
+    ax = radiograph.mammogram(**given, side=side).axes[0]
+    assert (ax.get_xlim()[0] == 0) == (side == "left")
+    assert ax.patches[0].center[0] == pytest.approx(20.5)  # mm, from the row of the chest wall
+    shown = ax.images[0].get_array()
+    left, right, bottom, _ = ax.images[0].get_extent()
+    row, column = np.argwhere(shown == shown.max()).mean(axis=0) + 0.5
+    drawn = left + (right - left) * column / shown.shape[1], bottom * row / shown.shape[0]
+    assert ax.patches[0].center == pytest.approx(drawn, abs=0.6)  # half a pixel
 
 
 def test_labels_of_every_tissue_have_a_colour_in_the_phantom(torso):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from mammosim.core.volume import Image, grid_around
 from mammosim.figures.dose import dose_routes, report195, spectra
@@ -22,7 +23,8 @@ def test_every_beam_has_its_line_and_its_half_value_layer():
     assert [bar.get_width() for bar in right.patches] == [0.55, 0.35, 0.45]
 
 
-def test_slices_are_hung_with_the_chest_wall_at_the_left_and_the_lesion_in_its_circle():
+@pytest.mark.parametrize(("side", "chest_wall"), [("left", 0), ("right", 1)])
+def test_slices_are_hung_with_the_chest_wall_at_the_side_of_the_breast(side, chest_wall):
     grid = grid_around(np.zeros(3), np.array([40.0, 30.0, 20.0]), 2.0)
     values = np.ones(grid.shape, np.float32)
     lesion = grid.points(np.array([[5.0, 3.0, 7.0]]))[
@@ -34,12 +36,13 @@ def test_slices_are_hung_with_the_chest_wall_at_the_left_and_the_lesion_in_its_c
          "method": ["filtered_backprojection"] * 3 + ["sart"] * 3}
     )  # fmt: skip
     slices = dict.fromkeys(("filtered_backprojection", "sart"), Image(grid, values))
-    first, _, _, depth = tomosynthesis(slices, profiles, lesion, side="left").axes
+    first, _, _, depth = tomosynthesis(slices, profiles, lesion, side=side).axes
     shown, (circle,) = first.images[0].get_array(), first.patches
     row, column = np.unravel_index(np.argmax(shown), shown.shape)
-    np.testing.assert_allclose(circle.center, ((column + 0.5) * 2.0, (row + 0.5) * 2.0))
     # 15 voxels from front to back: the third is eleven from the chest wall
-    assert column == 11
+    np.testing.assert_allclose(circle.center, ((11 + 0.5) * 2.0, (row + 0.5) * 2.0))
+    assert column == (11, 14 - 11)[chest_wall]
+    assert first.get_xlim()[chest_wall] == 0
     assert [line.get_ydata()[1] for line in depth.lines[:2]] == [1.0, 1.0]
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import meshio
 import numpy as np
@@ -89,3 +90,16 @@ def test_a_file_without_quadratic_tetrahedra_is_rejected(tmp_path: Path) -> None
     meshio.Mesh(CORNERS, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "linear.vtu")
     with pytest.raises(MeshError, match="no quadratic tetrahedra"):
         read_mesh(tmp_path / "linear.vtu")
+
+
+def test_the_file_says_what_its_labels_and_shares_mean(mesh: TetMesh, tmp_path: Path) -> None:
+    shares = np.eye(len(Label))[mesh.tissue]
+    write_mesh(replace(mesh, shares=shares), tmp_path / "m.vtu")
+    told = meshio.read(tmp_path / "m.vtu").field_data
+    assert {name: values.tolist() for name, values in told.items()} == {
+        f"tissue_{label:d}_{label.tissue}": [label] for label in Label
+    }
+    array = next(
+        a for a in ElementTree.parse(tmp_path / "m.vtu").iter("DataArray") if a.get("Name") == "shares"
+    )
+    assert [array.get(f"ComponentName{label:d}") for label in Label] == [label.tissue for label in Label]

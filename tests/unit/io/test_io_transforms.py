@@ -8,6 +8,8 @@ import SimpleITK as sitk
 
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import RigidTransform, rotation
+from mammosim.core.volume import Grid, grid_around
+from mammosim.io.images import itk_volume
 from mammosim.io.transforms import read_transform, write_transform
 
 MOTION = RigidTransform(rotation(np.array([3.0, -2.0, 5.0])), np.array([4.0, -5.0, 6.0]))
@@ -23,8 +25,27 @@ def test_a_transform_reads_back(tmp_path: Path) -> None:
 def test_a_rotation_about_a_centre_is_the_same_motion(tmp_path: Path) -> None:
     euler = sitk.Euler3DTransform((10.0, 20.0, -30.0), 0.1, -0.2, 0.05, (1.0, 2.0, 3.0))
     sitk.WriteTransform(euler, str(tmp_path / "euler.tfm"))
-    expected = [euler.TransformPoint(point) for point in POINTS.tolist()]
-    np.testing.assert_allclose(read_transform(tmp_path / "euler.tfm")(POINTS), expected, atol=1e-9)
+    fixed_to_moving = [euler.TransformPoint(point) for point in POINTS.tolist()]
+    moved = read_transform(tmp_path / "euler.tfm")(np.array(fixed_to_moving))
+    np.testing.assert_allclose(moved, POINTS, atol=1e-9)
+
+
+def test_another_program_brings_the_images_together_with_the_file(tmp_path: Path) -> None:
+    grid = grid_around(np.full(3, -20.0), np.full(3, 20.0), 1.0)
+    place = np.array([-3.0, 2.0, 6.0])
+    moving, fixed = (_ball(grid, centre) for centre in (place, MOTION(place[None])[0]))
+    write_transform(MOTION, tmp_path / "prone.tfm")
+    found = sitk.Resample(moving, fixed, sitk.ReadTransform(str(tmp_path / "prone.tfm")))
+    apart, together = (sitk.GetArrayFromImage(image) for image in (moving, found))
+    there = sitk.GetArrayFromImage(fixed)
+    assert np.corrcoef(apart.ravel(), there.ravel())[0, 1] < 0.6
+    # Linear interpolation blurs the edge of a ball of 5 voxels by about one.
+    assert np.corrcoef(together.ravel(), there.ravel())[0, 1] > 0.95
+
+
+def _ball(grid: Grid, centre: np.ndarray) -> sitk.Image:
+    inside = np.linalg.norm(grid.centres() - centre, axis=1) < 5
+    return itk_volume(grid, inside.reshape(grid.shape).astype(np.float32))
 
 
 def test_a_stretch_is_no_rigid_motion(tmp_path: Path) -> None:

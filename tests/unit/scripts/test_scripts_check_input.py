@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import FiducialError, ImageError, SegmentationError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap, grid_around
@@ -33,12 +33,19 @@ def check(script, monkeypatch, tmp_path):
     )
     monkeypatch.setattr(module, "image_quality", lambda image, *, position: {"brightest": image.values.max()})
 
-    def run(files, judged=lambda image, **about: None, listed=FOUR, *, found=False, registered=True):
+    monkeypatch.setattr(module, "require_plausible", lambda listed, image: None)
+    monkeypatch.setattr(module, "require_painted", lambda strokes, image: None)
+    monkeypatch.setattr(module, "read_strokes", lambda path: path)
+
+    def run(
+        files, judged=lambda image, **about: None, listed=FOUR, *, found=False, registered=True, sides=()
+    ):
         monkeypatch.setattr(module, "require_usable", judged)
         monkeypatch.setattr(module, "read_fiducials", lambda path: listed)
         out = tmp_path / "row.csv"
         how = {"series": "5", "gaps": "resample"}
-        module.main(files, JOB, PRONE, found=found, registered=registered, how=how, out=str(out))
+        about = {"found": found, "registered": registered, "sides": sides, "how": how}
+        module.main(files, JOB, PRONE, **about, out=str(out))
         return read_table(out).to_dict("records")
 
     run.module = module
@@ -99,3 +106,30 @@ def test_chest_markers_are_looked_for_in_the_image_where_they_are_to_be_found(ch
     assert seen == [(IMAGE, THREE)]
     check({"images": "i.nii.gz", "listed": "list.csv"}, listed=FOUR)
     assert len(seen) == 1
+
+
+def test_a_list_has_the_nipples_of_the_sides_that_are_studied(check):
+    files = {"images": "i.nii.gz", "listed": "list.csv"}
+    with pytest.raises(FiducialError, match=r"^list\.csv with its image: nipple_left is missing"):
+        check(files, sides=["left"])
+    nipple = Fiducials((*FOUR.names, "nipple_left"), (*FOUR.kinds, "nipple"), np.vstack([CORNERS, [9, 9, 9]]))
+    check(files, listed=nipple, sides=["left"])
+
+
+def test_points_are_judged_by_the_picture_they_go_with_and_named_by_their_file(check, monkeypatch):
+    def rejected(listed, image):
+        raise FiducialError(f"{len(listed.names)} points on {image.values.max():g}")
+
+    monkeypatch.setattr(check.module, "require_plausible", rejected)
+    with pytest.raises(FiducialError, match=r"^list\.csv with its image: 4 points on 7$"):
+        check({"labels": "l.nii.gz", "images": "i.nii.gz", "listed": "list.csv"})
+
+
+def test_strokes_are_judged_where_they_are_used_and_named_by_their_file(check, monkeypatch):
+    def rejected(strokes, image):
+        raise SegmentationError(f"nothing of {strokes} on {image.values.max():g}")
+
+    monkeypatch.setattr(check.module, "require_painted", rejected)
+    with pytest.raises(SegmentationError, match=r"^strokes\.csv: nothing of strokes\.csv on 7$"):
+        check({"images": "i.nii.gz", "strokes": "strokes.csv"})
+    check({"images": "i.nii.gz", "labels": "l.nii.gz", "strokes": "strokes.csv"})  # labels stand for them

@@ -55,16 +55,21 @@ class NeoHookean:
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += integral of P dN_a/dX."""
-        self.add_gradient_under(x, self.k[:, None] * (self.volume_ratios(x) - 1), g)
+        add_to_nodes(self.cells, self.cell_forces(x), g)
+
+    def cell_forces(self, x: np.ndarray) -> np.ndarray:
+        """Of each cell on its nodes (n_cell, 10, 3) mN: what add_gradient adds up."""
+        return self.cell_forces_under(x, self.k[:, None] * (self.volume_ratios(x) - 1))
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
         """K_ab += integral of dN_a/dX . d2W/dF2 . dN_b/dX."""
         self.add_tangent_under(x, self.tangent_pressure(x), K, projected=projected)
 
-    def add_gradient_under(self, x: np.ndarray, p: np.ndarray, g: np.ndarray) -> None:
-        """As add_gradient, with given pressures p (n_cell, 4) kPa."""
+    def cell_forces_under(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """As cell_forces, with given pressures p (n_cell, 4) kPa."""
         q = self.quadrature
-        add_to_nodes(self.cells, kernels.gradients(x, self.cells, q.gradients, q.volumes, self.mu, p), g)
+        found: np.ndarray = kernels.gradients(x, self.cells, q.gradients, q.volumes, self.mu, p)
+        return found
 
     def add_tangent_under(self, x: np.ndarray, p: np.ndarray, K: Tangent, *, projected: bool) -> None:
         """As add_tangent, with given pressures p (n_cell, 4) kPa; dp = k dJ as ever."""

@@ -22,7 +22,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissues
 from mammosim.mechanics.effects.bulk import NeoHookean
 from mammosim.mechanics.effects.bulk_kernels import volume_gradients
-from mammosim.mechanics.pattern import Constraint, Tangent
+from mammosim.mechanics.pattern import Constraint, Tangent, add_to_nodes
 from mammosim.mechanics.reference import TETRAHEDRON_POINTS
 
 # c: displacement-only elements lose nothing up to this k / mu (decisions/mechanics_incompressible.md).
@@ -155,10 +155,14 @@ class MixedNeoHookean:
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += integral of P dN_a/dX, P under both pressures."""
+        add_to_nodes(self.cells, self.cell_forces(x), g)
+
+    def cell_forces(self, x: np.ndarray) -> np.ndarray:
+        """Of each cell on its nodes (n_cell, 10, 3) mN: what add_gradient adds up."""
         change = self.pointwise.volume_ratios(x) - 1
         p, _ = self.space.pressure(change)
         local = self.pointwise.k[:, None] * change
-        self.pointwise.add_gradient_under(x, local + self.space.at_points(p, len(self.cells)), g)
+        return self.pointwise.cell_forces_under(x, local + self.space.at_points(p, len(self.cells)))
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
         """K_ab += integral of dN_a/dX . d2W/dF2 . dN_b/dX at given p, and the constraint (B, M)."""
