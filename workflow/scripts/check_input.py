@@ -1,14 +1,18 @@
 """Reject images, labels or a fiducial list that cannot be used, before anything long runs."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import _log
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.labelled import outline_image, usable_labels
-from mammosim.core.errors import FiducialError, ImageError
-from mammosim.core.volume import Image
+from mammosim.chain.labelled import chest_limits, nipples, outline_image, usable_labels
+from mammosim.core.errors import FiducialError, ImageError, MammosimError
+from mammosim.core.fiducials import Fiducials
+from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.markers import chest_markers, require_four
 from mammosim.imaging.quality import image_quality, require_usable
 from mammosim.io.dicom import read_series
@@ -17,41 +21,91 @@ from mammosim.io.images import read_image, read_labels
 from mammosim.io.tables import write_table
 
 
+@dataclass
+class Seen:
+    """What is given of a position, as far as it can be read, and every reason for which it cannot be used.
+
+    images: by 'labels' and 'images', the outline of the labels and the image.
+    """
+
+    images: dict[str, Image] = field(default_factory=dict)
+    labels: LabelMap | None = None
+    listed: Fiducials | None = None
+    faults: list[MammosimError] = field(default_factory=list)
+
+    @contextmanager
+    def judged(self) -> Iterator[None]:
+        """What is rejected inside is one of the faults, and the next thing is looked at."""
+        try:
+            yield
+        except MammosimError as error:
+            self.faults.append(error)
+
+    @property
+    def image(self) -> Image | None:
+        """What shows most of the position: an image tells more than the outline of labels."""
+        return self.images.get("images", self.images.get("labels"))
+
+
 def main(
     files: dict[str, str], job: dict, gravity: np.ndarray, *, found: bool, registered: bool, out: str
 ) -> None:
-    given = [
-        usable(files[kind], kind, job["position"], gravity) for kind in ("labels", "images") if kind in files
-    ]
-    image = given[-1]  # an image tells more than the outline of labels
+    seen = look(files, job["position"], gravity, found=found, registered=registered)
+    if seen.faults:
+        raise type(seen.faults[0])("\n".join(map(str, seen.faults)))
+    write_table(pd.DataFrame([job | image_quality(seen.image, position=job["position"])]), out)
+
+
+def look(files: dict[str, str], position: str, gravity: np.ndarray, *, found: bool, registered: bool) -> Seen:
+    """All that is given of a position, each part judged by itself."""
+    seen = Seen()
+    if "labels" in files:
+        with seen.judged():
+            seen.labels = read_labels(files["labels"])
+            seen.images["labels"] = outline_image(usable_labels(seen.labels, files["labels"]))
+            usable(seen.images["labels"], files["labels"], position, gravity, None)
+            if "listed" not in files and position == "prone":
+                seen.listed = found_points(seen.labels, files["labels"])
+    if "images" in files:
+        with seen.judged():
+            seen.images["images"], tag = imaged(files["images"])
+            usable(seen.images["images"], files["images"], position, gravity, tag)
     if "listed" in files:
-        check_list(files["listed"], image, found=found, registered=registered)
-    write_table(pd.DataFrame([job | image_quality(image, position=job["position"])]), out)
+        with seen.judged():
+            seen.listed = read_fiducials(files["listed"])
+            if seen.image is not None:
+                check_list(files["listed"], seen.listed, seen.image, found=found, registered=registered)
+    return seen
 
 
-def usable(path: str, kind: str, position: str, gravity: np.ndarray) -> Image:
-    """The image, or the outline of the labels. Raises ImageError, which names the file."""
-    image, tag = pictured(path, kind)
+def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str | None) -> None:
+    """Raise ImageError, which names the file, for an image or an outline that cannot be used."""
     try:
         require_usable(image, position=position, gravity=gravity, patient_position=tag)
     except ImageError as error:
         raise ImageError(f"{path}: {error}") from None
-    return image
 
 
-def pictured(path: str, kind: str) -> tuple[Image, str | None]:
-    """What a file shows, and the PatientPosition tag of a series."""
-    if kind == "labels":
-        return outline_image(usable_labels(read_labels(path), path)), None
+def found_points(labels: LabelMap, path: str) -> Fiducials:
+    """The nipples as later stages find them. Raises FiducialError where they, or the chest, are not found."""
+    try:
+        found = nipples(labels)
+        chest_limits(labels, found)
+    except FiducialError as error:
+        raise FiducialError(f"{path}: {error}") from None
+    return found
+
+
+def imaged(path: str) -> tuple[Image, str | None]:
+    """An image, and the PatientPosition tag of a series."""
     if Path(path).is_dir():
         series = read_series(path)
         return series.image, series.patient_position
     return read_image(path), None
 
 
-def check_list(path: str, image: Image, *, found: bool, registered: bool) -> None:
+def check_list(path: str, listed: Fiducials, image: Image, *, found: bool, registered: bool) -> None:
     """Raise FiducialError where positions are brought together by chest markers that are not four."""
-    listed = read_fiducials(path)
     if not registered:
         return
     try:

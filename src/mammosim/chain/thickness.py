@@ -10,9 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mammosim.chain.plates import foremost_rib
+from mammosim.chain.plates import LEVEL_MM, foremost_rib
 from mammosim.core.errors import MechanicsError
+from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
+from mammosim.core.volume import LabelMap
 
 GIVEN = "given"
 # ASSUME: a woman for whom no thickness is given is pressed to a share of her breast's depth in prone, half by
@@ -33,15 +35,31 @@ def chosen_thickness(
 ) -> StandardThickness:
     """A share of the depth of a breast; mesh: as measured, prone, and nipple (3,) mm in its frame.
 
-    half_width_mm: ribs this far beside the nipple are behind the breast. Raises MechanicsError where the
-    share is less than smallest_mm or more than LARGEST_MM, MeshError where no rib is behind it.
+    half_width_mm: ribs this far beside the nipple are behind the breast. Raises MechanicsError as of_depth
+    does, MeshError where no rib is behind it.
     """
     depth = foremost_rib(mesh, nipple, half_width_mm) - float(nipple[1])
-    thickness = share * depth
-    how = f"{share:g} of the {depth:.0f} mm from the ribs to the nipple, prone"
+    return of_depth(depth, share=share, smallest_mm=smallest_mm)
+
+
+def of_depth(depth_mm: float, *, share: float, smallest_mm: float) -> StandardThickness:
+    """A share of a depth. Raises MechanicsError where it is less than smallest_mm or more than LARGEST_MM."""
+    thickness = share * depth_mm
+    how = f"{share:g} of the {depth_mm:.0f} mm from the ribs to the nipple, prone"
     if not smallest_mm <= thickness <= LARGEST_MM:
         raise MechanicsError(
             f"no thickness is given, and {how}, is {thickness:.0f} mm, outside [{smallest_mm:g}, "
             f"{LARGEST_MM:g}]; state hers in compression.thickness_mm, or look at her nipple and labels"
         )
     return StandardThickness(float(thickness), f"chosen: {how}")
+
+
+def depth_in(labels: LabelMap, nipple: np.ndarray, *, half_width_mm: float) -> float:
+    """Depth in mm as labels have it, before there is a mesh; NaN where no rib is labelled behind the nipple.
+
+    nipple (3,) mm, frame of the labels, prone.
+    """
+    ribs = labels.grid.points(np.argwhere(labels.values == Label.THORAX).astype(float))
+    beside, above = np.abs(ribs[:, 0] - nipple[0]), np.abs(ribs[:, 2] - nipple[2])
+    behind = ribs[(beside < half_width_mm) & (above < LEVEL_MM), 1]
+    return float(behind.min() - nipple[1]) if len(behind) else float("nan")

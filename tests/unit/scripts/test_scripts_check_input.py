@@ -27,6 +27,7 @@ def check(script, monkeypatch, tmp_path):
     module = script("check_input")
     monkeypatch.setattr(module, "read_labels", lambda path: LABELS)
     monkeypatch.setattr(module, "read_image", lambda path: IMAGE)
+    monkeypatch.setattr(module, "found_points", lambda labels, path: None)  # see the page's tests
     monkeypatch.setattr(
         module, "read_series", lambda path: SimpleNamespace(image=IMAGE, patient_position="HFP")
     )
