@@ -12,8 +12,10 @@ rule check_page:
         rows=lambda wildcards: given_rows(wildcards.v),
         told=lambda wildcards: told_of(wildcards.v)
         | {
-            "chest_markers": config["registration"]["chest_markers"],
-            "registered": not data_of(wildcards.v).apart,
+            "asked": {
+                "found": config["registration"]["chest_markers"] == "found",
+                "registered": not data_of(wildcards.v).apart,
+            },
             "waits": not all(each["there"] for each in given_rows(wildcards.v)),
             "modelled": modelled_in(wildcards.v),
             "stated": wildcards.v in COMPRESSION["thickness_mm"],

@@ -39,11 +39,7 @@ def look(row: dict, told: dict) -> check_input.Seen:
     """All that is given of a position; a fault of the program is one of its faults, too."""
     try:
         return check_input.look(
-            row["files"],
-            row["position"],
-            gravity_vector(row["gravity"]),
-            found=told["chest_markers"] == "found",
-            registered=told["registered"],
+            row["files"], row["position"], gravity_vector(row["gravity"]), **told["asked"]
         )
     except Exception as error:
         return check_input.Seen(faults=[fault_of_the_program(error)])
@@ -96,13 +92,13 @@ def pictures_of(volunteer: str, row: dict, seen: check_input.Seen) -> tuple[Pict
         values = any_slice(row["files"].get("images", ""))
         stored = f"{name}: one slice as it is stored; the series makes no volume"
         return () if values is None else (Picture(png_of(one_slice(values, title=stored)), stored),)
-    spacing = " x ".join(f"{step:.2f}" for step in image.grid.spacing)
+    name = f"{name}: {' x '.join(f'{step:.2f}' for step in image.grid.spacing)} mm"
     figure = understood(
         image,
         labels=labels,
         fiducials=seen.listed,
         gravity=gravity_vector(row["gravity"]),
-        title=f"{name}: {spacing} mm",
+        title=name,
     )
     return (Picture(png_of(figure), caption_of(name, labels is not None, seen.listed is not None)),)
 

@@ -18,8 +18,7 @@ TOLD = {
     "waits": False,
     "modelled": "prone",
     "stated": False,
-    "chest_markers": "listed",
-    "registered": False,
+    "asked": {"found": False, "registered": False},
     "compression": {
         "sides": ["left", "right"],
         "plate_mm": {"width": 110.0},
