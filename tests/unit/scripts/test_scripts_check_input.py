@@ -92,3 +92,15 @@ def test_chest_markers_are_looked_for_in_the_image_where_they_are_to_be_found(ch
     assert seen == [(IMAGE, THREE)]
     check({"images": "i.nii.gz", "listed": "list.csv"}, listed=FOUR)
     assert len(seen) == 1
+
+
+def test_every_part_is_judged_and_each_fault_is_a_line(check):
+    def rejected(image, **about):
+        raise ImageError("the breast is cut off")
+
+    with pytest.raises(ImageError) as error:
+        check({"labels": "l.nii.gz", "images": "i.nii.gz", "listed": "list.csv"}, rejected, listed=THREE)
+    first, second, third = str(error.value).splitlines()
+    assert first == "l.nii.gz: the breast is cut off"
+    assert second == "i.nii.gz: the breast is cut off"
+    assert third.startswith("list.csv with its image: 3 chest markers")
