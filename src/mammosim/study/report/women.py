@@ -26,6 +26,7 @@ ANSWERS: Mapping[str, tuple[str, tuple[str, ...]]] = {
         ("side", "tissue", "fitted_kpa", "low_kpa", "high_kpa", "identifiable"),
     ),
     "validation": ("Predicted against measured positions.", ()),
+    "registration": ("How her positions were brought into one frame, and how well they agree.", ()),
 }
 
 
