@@ -19,7 +19,7 @@ rule check_page:
             "waits": not all(each["there"] for each in given_rows(wildcards.v)),
             "modelled": modelled_in(wildcards.v),
             "stated": wildcards.v in COMPRESSION["thickness_mm"],
-            "compression": {key: COMPRESSION[key] for key in ("sides", "plate_mm", "depth_share", "smallest_mm")},
+            "compression": {key: COMPRESSION[key] for key in ("sides", "depth_share", "smallest_mm")},
         },
         now=time.time(),  # a look is taken anew each time
         library=library("check_page.py"),

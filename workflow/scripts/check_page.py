@@ -67,7 +67,7 @@ def thickness_words(looked: dict[str, check_input.Seen], told: dict) -> list[str
     for side in given["sides"]:
         with seen.judged():
             nipple = seen.listed.point(f"nipple_{side}")
-            depth = depth_in(seen.labels, nipple, half_width_mm=given["plate_mm"]["width"] / 2)
+            depth = depth_in(seen.labels, nipple)
             if np.isfinite(depth):
                 found = of_depth(depth, share=given["depth_share"], smallest_mm=given["smallest_mm"])
                 words.append(f"In her labels that is about {found.mm:.0f} mm ({side}).")

@@ -43,11 +43,14 @@ def craniocaudal_plates(
     # ASSUME: the plates end in front of the chest's skin; the breast is not pulled onto them.
     # ASSUME: only one breast is between the plates; the other is kept out of their way.
     half_width = plate_mm.width / 2
-    rib = foremost_rib(mesh, nipple, half_width)
+    behind = mesh.points[mesh.boundary_nodes("posterior")]
+    near = (np.abs(behind[:, 0] - nipple[0]) < half_width) & (np.abs(behind[:, 2] - nipple[2]) < LEVEL_MM)
+    if not near.any():
+        raise MeshError(f"no chest wall within {half_width:g} mm of the nipple's x = {nipple[0]:.0f} mm")
     skin = mesh.points[mesh.boundary_nodes("skin")]
     skin = skin[np.abs(skin[:, 0] - nipple[0]) < half_width]
     chest = skin[np.abs(skin[:, 2] - nipple[2]) > BREAST_MM, 1].min(initial=np.inf)
-    edge = min(rib - chest_gap_mm, chest - CLEARANCE_MM)
+    edge = min(behind[near, 1].min() - chest_gap_mm, chest - CLEARANCE_MM)
     between = skin[skin[:, 1] < edge]
     if len(between) == 0:
         raise MeshError(
@@ -59,19 +62,6 @@ def craniocaudal_plates(
     centre = np.array([nipple[0], edge - half[0], level])
     axes = np.column_stack([FORWARD, np.cross(UP, FORWARD), UP])
     return Plates(centre, axes, half, plate_mm.edge_radius)
-
-
-def foremost_rib(mesh: TetMesh, nipple: np.ndarray, half_width_mm: float) -> float:
-    """Least y, mm, of the held points behind a breast whose nipple is at (3,) mm, in the mesh's frame.
-
-    half_width_mm: how far beside the nipple they may be. Raises MeshError where there is none.
-    """
-    behind = mesh.points[mesh.boundary_nodes("posterior")]
-    beside, above = np.abs(behind[:, 0] - nipple[0]), np.abs(behind[:, 2] - nipple[2])
-    near = (beside < half_width_mm) & (above < LEVEL_MM)
-    if not near.any():
-        raise MeshError(f"no chest wall within {half_width_mm:g} mm of the nipple's x = {nipple[0]:.0f} mm")
-    return float(behind[near, 1].min())
 
 
 def plate_facts(plates: Plates, thickness_mm: float, *, widest_mm: float = 0.0) -> dict[str, float]:

@@ -216,14 +216,7 @@ def _standard_thickness(
     """As given, or chosen by the breast as it was measured."""
     if load.thickness_mm is not None:
         return StandardThickness(load.thickness_mm)
-    half_width = given.plate_mm.width / 2
-    return chosen_thickness(
-        measured,
-        nipple,
-        share=given.depth_share,
-        half_width_mm=half_width,
-        smallest_mm=given.smallest_mm,
-    )
+    return chosen_thickness(measured, nipple, share=given.depth_share, smallest_mm=given.smallest_mm)
 
 
 def standard_path(inputs: Inputs) -> LoadPath:

@@ -1,8 +1,8 @@
 """To which thickness the standard strategy presses: as given, or chosen by how deep the breast hangs.
 
-    t = s d,   d = y_ribs - y_nipple
+    t = s d,   d = median(y_ribs) - y_nipple
 
-d: depth of the breast as it was measured, prone, from the foremost rib behind it to its nipple, mm; s: the
+d: depth of the breast as it was measured, prone, from the ribs right behind it to its nipple, mm; s: the
 setting compression.depth_share.
 """
 
@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mammosim.chain.plates import LEVEL_MM, foremost_rib
-from mammosim.core.errors import MechanicsError
+from mammosim.core.errors import MechanicsError, MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.volume import LabelMap
@@ -20,6 +19,8 @@ GIVEN = "given"
 # ASSUME: a woman for whom no thickness is given is pressed to a share of her breast's depth in prone, half by
 # default. More than 120 mm is no mammogram: what was taken for a breast is none.
 LARGEST_MM = 120.0
+# Ribs this far beside, above and below the nipple are right behind it; no single node decides their median.
+BEHIND_MM = 30.0
 
 
 @dataclass(frozen=True)
@@ -31,15 +32,19 @@ class StandardThickness:
 
 
 def chosen_thickness(
-    mesh: TetMesh, nipple: np.ndarray, *, share: float, half_width_mm: float, smallest_mm: float
+    mesh: TetMesh, nipple: np.ndarray, *, share: float, smallest_mm: float
 ) -> StandardThickness:
     """A share of the depth of a breast; mesh: as measured, prone, and nipple (3,) mm in its frame.
 
-    half_width_mm: ribs this far beside the nipple are behind the breast. Raises MechanicsError as of_depth
-    does, MeshError where no rib is behind it.
+    Raises MechanicsError as of_depth does, MeshError where no rib is behind it.
     """
-    depth = foremost_rib(mesh, nipple, half_width_mm) - float(nipple[1])
-    return of_depth(depth, share=share, smallest_mm=smallest_mm)
+    ribs = _behind(mesh.points[mesh.boundary_nodes("posterior")], nipple)
+    if len(ribs) == 0:
+        raise MeshError(
+            f"no chest wall within {BEHIND_MM:g} mm of the nipple's x = {nipple[0]:.0f} and z = "
+            f"{nipple[2]:.0f} mm, by which a thickness is chosen; state hers in compression.thickness_mm"
+        )
+    return of_depth(float(np.median(ribs[:, 1]) - nipple[1]), share=share, smallest_mm=smallest_mm)
 
 
 def of_depth(depth_mm: float, *, share: float, smallest_mm: float) -> StandardThickness:
@@ -54,12 +59,18 @@ def of_depth(depth_mm: float, *, share: float, smallest_mm: float) -> StandardTh
     return StandardThickness(float(thickness), f"chosen: {how}")
 
 
-def depth_in(labels: LabelMap, nipple: np.ndarray, *, half_width_mm: float) -> float:
+def depth_in(labels: LabelMap, nipple: np.ndarray) -> float:
     """Depth in mm as labels have it, before there is a mesh; NaN where no rib is labelled behind the nipple.
 
     nipple (3,) mm, frame of the labels, prone.
     """
-    ribs = labels.grid.points(np.argwhere(labels.values == Label.THORAX).astype(float))
-    beside, above = np.abs(ribs[:, 0] - nipple[0]), np.abs(ribs[:, 2] - nipple[2])
-    behind = ribs[(beside < half_width_mm) & (above < LEVEL_MM), 1]
-    return float(behind.min() - nipple[1]) if len(behind) else float("nan")
+    thorax = labels.values == Label.THORAX
+    front = thorax & (np.cumsum(thorax, axis=1) == 1)
+    ribs = _behind(labels.grid.points(np.argwhere(front).astype(float)), nipple)
+    return float(np.median(ribs[:, 1]) - nipple[1]) if len(ribs) else float("nan")
+
+
+def _behind(points: np.ndarray, nipple: np.ndarray) -> np.ndarray:
+    """Those of points (n, 3) mm that are right behind a nipple (3,) mm."""
+    found: np.ndarray = points[np.all(np.abs(points - nipple)[:, [0, 2]] < BEHIND_MM, axis=1)]
+    return found

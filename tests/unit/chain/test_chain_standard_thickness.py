@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from small_breast import small_chain
+from tiny_woman import tiny_labels
 
-from mammosim.chain.thickness import GIVEN, StandardThickness, chosen_thickness
+from mammosim.chain.thickness import GIVEN, StandardThickness, chosen_thickness, depth_in
 from mammosim.core.errors import MechanicsError, MeshError
 from mammosim.core.labels import Label
 from mammosim.core.rigid import IDENTITY
@@ -17,10 +18,25 @@ NIPPLE = np.array([15.0, -30.0, 15.0])  # 60 mm before the held face, y = 30, of
 
 
 def test_half_of_a_depth_of_60_mm_is_30_mm_and_the_depth_is_said(block):
-    found = chosen_thickness(block(), NIPPLE, share=0.5, half_width_mm=55.0, smallest_mm=20.0)
+    found = chosen_thickness(block(), NIPPLE, share=0.5, smallest_mm=20.0)
     assert found == StandardThickness(30.0, "chosen: 0.5 of the 60 mm from the ribs to the nipple, prone")
-    more = chosen_thickness(block(), NIPPLE, share=0.75, half_width_mm=55.0, smallest_mm=20.0)
+    more = chosen_thickness(block(), NIPPLE, share=0.75, smallest_mm=20.0)
     assert more.mm == pytest.approx(45.0)
+
+
+def test_one_held_node_in_front_of_the_others_does_not_make_the_breast_less_deep(block):
+    mesh = block(4)
+    x = mesh.points.copy()
+    x[mesh.boundary_nodes("posterior")[0], 1] -= 25.0
+    found = chosen_thickness(mesh.moved_to(x), NIPPLE, share=0.5, smallest_mm=20.0)
+    assert found.mm == pytest.approx(30.0)
+
+
+def test_labels_are_as_deep_as_from_the_nipple_to_the_first_voxel_of_the_ribs():
+    labels = tiny_labels()
+    depth = depth_in(labels, np.array([70.0, -57.5, 0.0]))
+    assert depth == pytest.approx(57.5 + 17.5), "the first voxel of the ribs has its centre at 17.5 mm"
+    assert np.isnan(depth_in(labels, np.array([400.0, -57.5, 0.0])))
 
 
 @pytest.mark.parametrize(("share", "depth"), [(0.3, 60.0), (0.9, 140.0)])
@@ -29,12 +45,12 @@ def test_a_choice_that_no_paddle_makes_is_rejected_with_the_key_to_state(block, 
     with pytest.raises(
         MechanicsError, match=rf"is {share * depth:.0f} mm, outside \[20, 120\]; .*thickness_mm"
     ):
-        chosen_thickness(block(), nipple, share=share, half_width_mm=55.0, smallest_mm=20.0)
+        chosen_thickness(block(), nipple, share=share, smallest_mm=20.0)
 
 
 def test_a_nipple_with_no_rib_behind_it_has_no_depth(block):
-    with pytest.raises(MeshError, match="no chest wall within 55 mm"):
-        chosen_thickness(block(), NIPPLE + [200, 0, 0], share=0.5, half_width_mm=55.0, smallest_mm=20.0)
+    with pytest.raises(MeshError, match="no chest wall within 30 mm"):
+        chosen_thickness(block(), NIPPLE + [200, 0, 0], share=0.5, smallest_mm=20.0)
 
 
 def test_the_plates_press_to_what_is_given_else_to_what_is_chosen(block, repository):

@@ -21,7 +21,6 @@ TOLD = {
     "asked": {"found": False, "registered": False},
     "compression": {
         "sides": ["left", "right"],
-        "plate_mm": {"width": 110.0},
         "depth_share": 0.5,
         "smallest_mm": 20.0,
     },
