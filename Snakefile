@@ -25,7 +25,7 @@ wildcard_constraints:
 RULES = """
     chain volunteers images mesh morph mechanics unloading compression xray checks identification
     validation study hard_cases softening scene_variants scenes
-    recovery programs peers accuracy drawn report plan
+    recovery programs peers accuracy drawn report plan check
 """.split()
 
 for name in RULES:
@@ -41,3 +41,4 @@ rule study:
         "results/study/numbers.json",
         "results/study/provenance.json",
         "results/segmentation/tissues.ctbl",
+        over("results/women/{v}/what.html"),

@@ -179,17 +179,3 @@ def test_a_woman_scanned_prone_only_needs_no_supine(own):
         validation={"positions": []},
     ).plan("study")
     assert f"no fit of moduli, no validation, no propagation of the fit's uncertainty: {ONE}." in words
-
-
-def test_a_volunteer_without_thickness_is_named(study, tmp_path):
-    """Ada beside a digital volunteer, who needs no row of the table."""
-    table, extra = tmp_path / "volunteers.tsv", tmp_path / "extra.yaml"
-    head, values = ("volunteer", "position", *SERIES, "gravity"), ("ada", "prone", *SERIES.values(), "0 -1 0")
-    table.write_text("\n".join("\t".join(cells) for cells in (head, values)) + "\n")
-    extra.write_text(yaml.safe_dump({"volunteers": ["small", "ada"], "volunteer_table": str(table)}))
-    smoke = str(study.home / "config/smoke.yaml")
-    result = study.snakemake("--dry-run", "--configfile", smoke, str(extra))
-    assert result.returncode != 0
-    assert "'ada' is not in compression.thickness_mm" in result.stdout
-    assert "add hers in mm; 40 to 70 is usual" in result.stdout
-    assert "KeyError" not in result.stdout

@@ -37,7 +37,7 @@ def test_a_position_held_out_reaches_only_what_judges_the_fit(jobs):
         if any(re.search(r"(segmentation|meshes|registration)/\w+/supine_tilted", path) for path in inputs)
     }
     assert {"validate", "propagate"} <= readers
-    judges = {"mesh", "validate", "propagate", "propagation_rows"}
+    judges = {"mesh", "validate", "propagate", "propagation_rows", "what"}
     assert {rule for rule in readers if not rule.startswith(("figure_", "score_", "table"))} <= judges
 
 
@@ -69,8 +69,9 @@ def test_every_rule_says_what_it_does_and_keeps_a_log(repository):
         assert [rule.split(":")[0] for rule in rules if not any(part in rule for part in parts)] == []
 
 
-# What an image must pass before anything else is done with it, and what makes digital volunteers.
-MUST_SUCCEED = {"check_input", "import_image"} | {
+# What an image must pass before anything else is done with it, the page that says so, and what makes digital
+# volunteers.
+MUST_SUCCEED = {"check_input", "check_page", "import_image"} | {
     f"digital_{what}" for what in ("woman", "draw", "body", "position", "scan")
 }
 

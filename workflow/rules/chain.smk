@@ -25,11 +25,6 @@ def load_of(wildcards):
     if "moduli" in wildcards:
         load |= {"moduli": wildcards["moduli"], "tissues": moduli_table(wildcards["moduli"])}
         load |= {"thickness_mm": COMPRESSION["thickness_mm"].get(wildcards["v"])}
-        if load["thickness_mm"] is None and ("strategy" in wildcards or "position" not in wildcards):
-            raise WorkflowError(
-                f"ConfigurationError: {wildcards['v']} has no thickness to be pressed to; add her to "
-                "compression.thickness_mm"
-            )
     if "strategy" in wildcards:
         load |= {"strategy": WAYS[wildcards["strategy"]]}
     return load
@@ -63,13 +58,18 @@ def subject_of(wildcards):
     }
 
 
+def reasons_of(data, method=STRESS_FREE["default"]):
+    """Each stage and question: why such data of a volunteer do not allow it, '' where they do."""
+    wildcards = {"v": data.name, "side": "left", "strategy": "standard", "moduli": "gravity", "method": method}
+    settings, effects = study_case(wildcards)
+    subject = subject_of(wildcards) | {"moves": data.base != data.frame, "has": list(data.has(data.base))}
+    return allowed.reasons(data, chain_of({"subject": subject, "settings": settings, "effects": effects}, {}))
+
+
 @cache
 def lacking(volunteer, method=STRESS_FREE["default"]):
     """Each stage and question: why her data do not allow it, '' where they do."""
-    wildcards = {"v": volunteer, "side": "left", "strategy": "standard", "moduli": "gravity", "method": method}
-    settings, effects = study_case(wildcards)
-    chain = chain_of({"subject": subject_of(wildcards), "settings": settings, "effects": effects}, {})
-    return allowed.reasons(data_of(volunteer), chain)
+    return reasons_of(data_of(volunteer), method)
 
 
 def able(*asked):

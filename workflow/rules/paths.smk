@@ -88,3 +88,75 @@ def asked_settings():
     files = [str(Path(file).resolve()) for file in given.configfiles]
     values = given.config_args
     return [*(["--configfile", *files] if files else []), *(["--config", *values] if values else [])]
+
+
+def given_rows(volunteer):
+    """What a page of a volunteer is told of each position that she has: whether it is used, its files, its gravity.
+
+    there: the scans of a digital volunteer are made by the study, which a look at them does not wait for.
+    """
+    rows = {p: row for (v, p), row in VOLUNTEERS.items() if v == volunteer}
+    return [
+        {
+            "position": p,
+            "used": p in positions(volunteer),
+            "there": volunteer not in DIGITAL or Path(row.images).exists(),
+            "files": {kind: path for kind, path in given_files(row).items() if path},
+            "gravity": row.gravity,
+            "how": series_of(row),
+        }
+        for p, row in rows.items()
+    ]
+
+
+def given_files(row):
+    """The files of a row of the volunteer table, as check_input calls them."""
+    return {"images": row.images, "labels": row.labels, "listed": row.fiducials, "strokes": row.strokes}
+
+
+def measured_paths(volunteer):
+    """All files that a volunteer of one's own has; none of a digital one, whose scans the study makes."""
+    rows = [] if volunteer in DIGITAL else given_rows(volunteer)
+    return [path for row in rows for path in row["files"].values()]
+
+
+def told_of(volunteer):
+    """What her data allow, what more would add, and to what thickness she is pressed, in words."""
+    return {
+        "planned": allowed.told(lacking(volunteer)),
+        "gains": allowed.gains(data_of(volunteer), reasons_of),
+        "thickness": thickness_words(volunteer),
+    }
+
+
+def thickness_words(volunteer):
+    """To what thickness the standard strategy presses her."""
+    stated, share = COMPRESSION["thickness_mm"].get(volunteer), COMPRESSION["depth_share"]
+    if stated is not None:
+        return f"Her standard compression is to {stated:g} mm, as given."
+    return (
+        f"No thickness is given for her: her standard compression is to {share:g} of the depth of each breast in prone, "
+        "from the ribs to the nipple (`compression.depth_share`). State hers in `compression.thickness_mm` if it is known."
+    )
+
+
+def tables_of(volunteer):
+    """The files of her rows of the study's tables, by table."""
+    found = {name: [path for path in TABLES[name] if f"/{volunteer}/" in path] for name in HER_TABLES}
+    return {name: paths for name, paths in found.items() if paths}
+
+
+def pictures_of(volunteer):
+    """Her figures of the study, but for those that wait for other women."""
+    alone = [name for name, (_, files) in PICTURED.items() if not any("results/study/" in str(each) for each in files.values())]
+    hers = [re.escape(name.replace("{v}", "\0")).replace("\0", volunteer) for name in alone if "{v}" in name]
+    pattern = re.compile("|".join(re.sub(r"\\\{\w+\\\}", "(?:PLACE)", each) for each in hers).replace("PLACE", HER_PLACES))
+    return [f"results/study/figures/{name}.png" for name in PICTURES if pattern.fullmatch(name)]
+
+
+# What her page shows and links of the study's tables.
+HER_TABLES = [
+    *("registration", "mesh_quality", "stress_free", "identification", "fit", "validation", "propagation"),
+    *("compression", "field", "conservation", "dose", "slices", "image"),
+]
+HER_PLACES = "prone|supine|supine_tilted|upright|left|right|gravity|compression"

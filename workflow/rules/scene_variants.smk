@@ -129,7 +129,6 @@ def scene_settings(name, accuracy=None):
     scene, places = SCENES[name], scene_places(name)
     if scene.load.strategy is not None:
         known_strategies([scene.load.strategy], WAYS, f"config/scenes/{name}.yaml")
-        thickness_of(name, scene.volunteer)
     settings = settings_of(places) | {"tissues": tissue_table(scene.tissues)}
     # Whatever tissues it has, its pressures are those of the study's own moduli.
     settings = overridden(settings, {"load": {"moduli": "gravity"}})
@@ -137,17 +136,6 @@ def scene_settings(name, accuracy=None):
     labelled = ("registration", "segmentation")
     others = {k: v for k, v in preset(accuracy or scene.wanted).items() if k in settings and k not in labelled}
     return overridden(settings, others)
-
-
-def thickness_of(scene, volunteer):
-    """To which thickness the standard strategy presses her."""
-    known = COMPRESSION["thickness_mm"]
-    if volunteer not in known:
-        raise WorkflowError(
-            f"ConfigurationError: scene {scene}: {volunteer} has no thickness to be pressed to; "
-            "add her to compression.thickness_mm, or ask for a position only"
-        )
-    return known[volunteer]
 
 
 def question(scene):

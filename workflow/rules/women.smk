@@ -66,7 +66,8 @@ def data_of(volunteer):
     }
     held_out = [p for p in config["validation"]["positions"] if p not in config["segmentation"]["positions"]]
     modelled = config["mechanics"]["stress_free"]["position"]
-    return allowed.Data(volunteer, given, modelled, config["reference_position"], tuple(held_out))
+    stated = volunteer in config["compression"]["thickness_mm"]
+    return allowed.Data(volunteer, given, modelled, config["reference_position"], tuple(held_out), stated)
 
 
 def series_of(row):

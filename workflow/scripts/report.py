@@ -33,7 +33,10 @@ def main(files: dict, title: str, out: str) -> None:
         made=[Path(path).stem for path in of_pages[".json"]],
         lacking=snakemake.params.lacking,
     )
-    shown = (shown[0], completeness(read_rows(files["missing"]), read_rows(files["not_planned"])), *shown[1:])
+    first = completeness(
+        read_rows(files["missing"]), read_rows(files["not_planned"]), snakemake.params.volunteers
+    )
+    shown = (shown[0], first, *shown[1:])
     Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout.subtitle))
 
 
@@ -42,15 +45,16 @@ def layout_of(file: str) -> Layout:
     return read(Layout, yaml.safe_load(Path(file).read_text()), Path(file).name)
 
 
-def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame) -> Section:
-    """What is missing and why, and what the data of a volunteer do not allow, for the first page."""
+def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame, volunteers: list[str]) -> Section:
+    """What is missing and why, what the data of a volunteer do not allow, and the page of each."""
+    pages = ", ".join(f"[{v}](../women/{v}/what.html)" for v in volunteers)
     listings = [
         Listing(missing, "What is missing, and which tables and figures lack it."),
         Listing(not_planned, "What was not planned, since the data of a volunteer do not allow it."),
     ]
     return Section(
         "What is missing",
-        completeness_sentence(missing),
+        f"{completeness_sentence(missing)}\n\nWhat was done for each volunteer: {pages}.",
         tuple(each for each in listings if not each.frame.empty),
     )
 

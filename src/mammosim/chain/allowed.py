@@ -1,7 +1,8 @@
 """What of the chain and of the study the data of a volunteer allow, and why not the rest."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 from mammosim.chain.graph import Chain
 
@@ -32,6 +33,16 @@ REPORTED: Mapping[str, str] = {
     "stress_free": "stress-free shape",
     "pressed": "compression",
 }
+# In the order in which a person reads it: what is made of her data, where they allow it.
+TOLD: Mapping[str, str] = {
+    "labels": "labels of the tissues",
+    "mesh": "mesh",
+    **REPORTED,
+    "mammogram": "mammogram, and how well a lesion and calcifications show",
+    "exposed_dose": "glandular dose",
+    "slices": "slices of tomosynthesis",
+    "softening": "what softer and stiffer moduli change",
+}
 
 
 @dataclass(frozen=True)
@@ -40,7 +51,8 @@ class Data:
 
     given: position -> which of IMAGES, LABELS, STROKES and FIDUCIALS; modelled: the position that models are
     made of, and reference: that whose frame is common, where she was scanned in it; held_out: positions that
-    are to be compared with a fit that never saw them.
+    are to be compared with a fit that never saw them; thickness: whether that of her standard compression is
+    stated.
     """
 
     name: str
@@ -48,6 +60,7 @@ class Data:
     modelled: str = "prone"
     reference: str = "supine"
     held_out: tuple[str, ...] = ("supine_tilted",)
+    thickness: bool = True
 
     @property
     def apart(self) -> str:
@@ -117,6 +130,8 @@ def _roots(data: Data) -> dict[str, str]:
     }
     if FIDUCIALS not in given and data.base != "prone":
         found["fiducials"] = f"no nipples are given for {name}, which are found in prone only"
+    if not data.thickness and data.base != "prone":
+        found["press_setup"] = f"no thickness is given for {name}, which is chosen in prone only"
     return {what: why for what, why in found.items() if why}
 
 
@@ -131,6 +146,70 @@ def _follow(name: str, chain: Chain, found: dict[str, str]) -> str:
 def not_planned(found: Mapping[str, str]) -> list[tuple[str, str]]:
     """What of `reasons` is reported: what is not planned, and why."""
     return [(words, found[name]) for name, words in REPORTED.items() if found[name]]
+
+
+def told(found: Mapping[str, str]) -> list[tuple[str, str]]:
+    """All of TOLD in words, and why it is not planned, '' where it is."""
+    return [(words, found[name]) for name, words in TOLD.items()]
+
+
+def gains(
+    data: Data, reasons_of: Callable[[Data], Mapping[str, str]]
+) -> list[tuple[tuple[str, ...], list[str]]]:
+    """What one to three more things, in words, would allow that fewer of them do not, in words.
+
+    reasons_of: `reasons` of any data of her.
+    """
+    more, now = _more(data), set(_allowed(reasons_of(data)))
+    found: list[tuple[tuple[str, ...], list[str]]] = []
+    for names in (names for size in (1, 2, 3) for names in combinations(more, size)):
+        known = now.union(*(whats for fewer, whats in found if set(fewer) <= set(names)))
+        with_them = data
+        for name in names:
+            with_them = more[name](with_them)
+        if new := [what for what in _allowed(reasons_of(with_them)) if what not in known]:
+            found.append((names, new))
+    return found
+
+
+def _allowed(found: Mapping[str, str]) -> dict[str, None]:
+    """What of TOLD is allowed, in words and in order."""
+    return {words: None for words, why in told(found) if not why}
+
+
+def _more(data: Data) -> dict[str, Callable[[Data], Data]]:
+    """What could be given beside what is: in words, and her data with it; a series before what all have."""
+    positions = (data.modelled, data.reference, *data.held_out)
+    found = {
+        f"a {position.replace('_', ' ')} series": _with_series(position)
+        for position in dict.fromkeys(positions)
+        if position not in data.given
+    }
+    for what, words in (
+        (IMAGES, "the images of each position"),
+        (FIDUCIALS, "a list of markers and nipples"),
+    ):
+        if any(what not in given for given in data.given.values()):
+            found[words] = _with_each(what)
+    return found
+
+
+def _with_series(position: str) -> Callable[[Data], Data]:
+    """Her data with one more position, of which the same is given as of the one that is modelled."""
+
+    def more(data: Data) -> Data:
+        return replace(data, given={**data.given, position: data.given[data.base]})
+
+    return more
+
+
+def _with_each(what: str) -> Callable[[Data], Data]:
+    """Her data with one more thing of each position."""
+
+    def more(data: Data) -> Data:
+        return replace(data, given={p: given | {what} for p, given in data.given.items()})
+
+    return more
 
 
 def in_one_line(rows: Iterable[tuple[str, str]]) -> str:

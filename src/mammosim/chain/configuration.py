@@ -195,10 +195,9 @@ def check_volunteers(
         raise ConfigurationError(
             f"{file}: {', '.join(twice)} stand twice; give each position of a volunteer one row"
         )
-    for row in rows:
-        _check_gravity(row["volunteer"], row["position"], row["gravity"], file)
-        _check_given(row, file)
-        _check_paths(row, file, there)
+    faults = [fault for row in rows for fault in _faults(row, file, there)]
+    if faults:  # all at once: what is wrong with one volunteer hides nothing of another
+        raise ConfigurationError("\n".join(faults))
     _check_own(rows, file)
     for volunteer in positions:
         scans = [row.get("images") or "" for row in rows if row["volunteer"] == volunteer]
@@ -213,6 +212,17 @@ def check_volunteers(
                 f"{file}: volunteer {volunteer!r} has labels of {', '.join(sorted(labelled))} and none of "
                 f"{', '.join(lacking)}; give labels of each of her positions, or of none"
             )
+
+
+def _faults(row: Row, file: str, there: Callable[[str], bool]) -> list[str]:
+    """What is wrong with a row by itself."""
+    try:
+        _check_gravity(row["volunteer"], row["position"], row["gravity"], file)
+        _check_given(row, file)
+        _check_paths(row, file, there)
+    except ConfigurationError as error:
+        return [str(error)]
+    return []
 
 
 def _check_given(row: Row, file: str) -> None:

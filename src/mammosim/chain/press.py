@@ -18,10 +18,11 @@ from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts, thickness_map
 from mammosim.chain.points import MaterialPoints
 from mammosim.chain.strategies import LoadPath, NoStandard, PressedState, PressSetup, Strategy, ThicknessShare
+from mammosim.chain.thickness import StandardThickness, chosen_thickness
 from mammosim.core.errors import MammosimError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
-from mammosim.core.settings import looked_up, read, require_positive
+from mammosim.core.settings import Positive, looked_up, read, require_positive
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
 from mammosim.io.tables import read_json, read_table, write_json, write_table
@@ -34,7 +35,7 @@ LAST = ("force_n", "support_force_n", "chest_force_n", "contact_area_mm2", "mean
 PATH = ("thickness_mm", "readout_mm", *LAST, "energy_uj", "work_uj", "iterations", "seconds")
 MEASURED = ("plates_mm", "thickness_mm", "thickness_min_mm", "thickness_max_mm", *LAST, "imbalance_percent",
             "green_lagrange_p95", "logarithmic_p95", "energy_kpa_p95", "energy_mj", "work_mj",
-            "seconds")  # fmt: skip
+            "seconds", "thickness_from")  # fmt: skip
 AMOUNTS = ("measure", "threshold", "tissue", "amount", "unit")
 
 
@@ -102,7 +103,8 @@ def _row(
 
     plates_mm: the distance that the machine reads; thickness_*: of the faces in contact with the paddle, by
     area: the middle one (median), the least and the greatest; *_p95: 95 % of the tissue under the plates has
-    less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force.
+    less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force;
+    thickness_from: chain.thickness.StandardThickness.origin.
     """
     last = found.path.iloc[-1]
     gap = _gap_at_paddle(setup.mesh, found, faces)
@@ -122,6 +124,7 @@ def _row(
         "energy_mj": float(last.energy_uj / UJ_PER_MJ),
         "work_mj": float(last.work_uj / UJ_PER_MJ),
         "seconds": float(found.path.seconds.sum()),
+        "thickness_from": setup.thickness_from,
         "outcome": CONVERGED,
     }
 
@@ -159,36 +162,35 @@ STANDING = "upright"
 class CompressionSettings:
     """`compression`: the plates; chest_gap_mm from the ribs to their edge; and how a path is solved.
 
-    smallest_mm: no strategy presses further; steps: of the path from first contact; penetration_mm: largest
-    depth of skin in a plate.
+    depth_share: see chain.thickness; smallest_mm: no strategy presses further; steps: of the path from first
+    contact; penetration_mm: largest depth of skin in a plate.
     """
 
     plate_mm: PlateSize
     chest_gap_mm: float
+    depth_share: float
     smallest_mm: float
     steps: int
     penetration_mm: float
 
     def __post_init__(self) -> None:
-        require_positive(self, "smallest_mm", "steps", "penetration_mm")
+        require_positive(self, "depth_share", "smallest_mm", "steps", "penetration_mm")
 
 
 @dataclass(frozen=True)
 class Load:
-    """`load`: the name of the moduli that are pressed, and the thickness of the standard strategy."""
+    """`load`: the name of the moduli that are pressed, and the standard strategy's thickness, if given."""
 
     moduli: str
-    thickness_mm: float
-
-    def __post_init__(self) -> None:
-        require_positive(self, "thickness_mm")
+    thickness_mm: Positive | None
 
 
 def press_setup(inputs: Inputs) -> PressSetup:
     """The stress-free breast before the plates."""
     rest, body, measured = inputs["stress_free"].mesh, inputs["pressed_body"], inputs["mesh"]
     breast: Breast = inputs["breast"]
-    nipple = MaterialPoints.on(measured, breast.to_reference(breast.nipple[None])).carry(rest.points)[0]
+    hanging = breast.to_reference(breast.nipple[None])
+    nipple = MaterialPoints.on(measured, hanging).carry(rest.points)[0]
     given = looked_up(CompressionSettings, inputs.setting, "compression")
     plates = craniocaudal_plates(rest, nipple, plate_mm=given.plate_mm, chest_gap_mm=given.chest_gap_mm)
     effects = body.effects(rest)
@@ -197,14 +199,27 @@ def press_setup(inputs: Inputs) -> PressSetup:
     if inputs.has("friction"):
         friction = read(Friction, inputs.setting("effects.friction"), "effects.friction")
         plates = replace(plates, friction=friction)
+    load = looked_up(Load, inputs.setting, "load")
+    standard = _standard_thickness(load, given, measured, hanging[0])
     return PressSetup(
         rest,
         effects,
         plates,
-        **vars(looked_up(Load, inputs.setting, "load")),
+        load.moduli,
+        thickness_mm=standard.mm,
+        thickness_from=standard.origin,
         smallest_mm=given.smallest_mm,
         solved=PressSettings(steps=given.steps, penetration_mm=given.penetration_mm),
     )
+
+
+def _standard_thickness(
+    load: Load, given: CompressionSettings, measured: TetMesh, nipple: np.ndarray
+) -> StandardThickness:
+    """As given, or chosen by the breast as it was measured."""
+    if load.thickness_mm is not None:
+        return StandardThickness(load.thickness_mm)
+    return chosen_thickness(measured, nipple, share=given.depth_share, smallest_mm=given.smallest_mm)
 
 
 def standard_path(inputs: Inputs) -> LoadPath:

@@ -91,7 +91,6 @@ NAMING = ("volunteer_table", "hard_cases", "peers", "accuracy", "recovery", "com
 RELATIONS: Mapping[str, tuple[Relation, ...]] = {
     "config": (
         *(Relation(key, _there, FILES, CORRECT) for key in NAMING),
-        Relation("volunteers", _among, "compression.thickness_mm", "add hers in mm; 40 to 70 is usual"),
         Relation("tissues", _among, TISSUES, TAKE),
         Relation("digital.tissues", _among, TISSUES, TAKE),
         Relation("reference_position", _among, SEGMENTED, "segment it, too"),

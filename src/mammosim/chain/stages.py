@@ -139,7 +139,8 @@ MECHANICS: Mapping[str, Stage] = {
         "press.press_setup",
         ("breast", "mesh", "stress_free", "pressed_body"),
         (
-            *_in("compression", "plate_mm", "chest_gap_mm", "smallest_mm", "steps", "penetration_mm"),
+            *_in("compression", "plate_mm", "chest_gap_mm", "depth_share", "smallest_mm", "steps"),
+            "compression.penetration_mm",
             "effects.friction",
             *_in("load", "thickness_mm", "moduli"),
         ),

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.discomfort import path_of
+from mammosim.chain.thickness import GIVEN
 from mammosim.core.errors import ConfigurationError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.settings import annotations, read, require_positive
@@ -60,7 +61,7 @@ class PressSetup:
     mesh: stress-free; plates: where a rigid paddle would stand; moduli: the name of the set in the effects;
     thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the load path of
     the standard strategy of the same breast and moduli, None where it is not known; solved: how a rigid
-    paddle's path is.
+    paddle's path is; thickness_from: chain.thickness.StandardThickness.origin.
     """
 
     mesh: TetMesh
@@ -71,6 +72,7 @@ class PressSetup:
     smallest_mm: float
     standard: "LoadPath | None" = None
     solved: PressSettings = field(default_factory=PressSettings)
+    thickness_from: str = GIVEN
 
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.

@@ -9,10 +9,11 @@ from matplotlib.lines import Line2D
 
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, Image, LabelMap
-from mammosim.figures.style import TISSUE_COLOURS, picture_axes
+from mammosim.figures.style import ORANGE, TISSUE_COLOURS, picture_axes
 
 # Of each plane: the array axis that is cut, and the patient axes (x 0, y 1, z 2) to the right and up or down.
 PLANES: Mapping[str, tuple[int, int, int]] = {"axial": (0, 0, 1), "coronal": (1, 0, 2), "sagittal": (2, 1, 2)}
+ENDS = ("RL", "AP", "IS")  # of the patient axes, low and high
 AXIS_LABELS = ("x to the left (mm)", "y to posterior (mm)", "z to superior (mm)")
 
 
@@ -102,3 +103,61 @@ def frame_slice(ax: Axes, grid: Grid, plane: str) -> None:
     picture_axes(ax)
     ax.set(xlim=(left, right), xlabel=AXIS_LABELS[across], ylabel=AXIS_LABELS[along])
     ax.set_ylim((high, low) if plane == "axial" else (low, high))
+
+
+def draw_gravity(ax: Axes, g: np.ndarray, plane: str) -> None:
+    """Its arrow g (3,), a unit vector in the frame of the slice; nothing where it stands upright on it."""
+    _, across, along = PLANES[plane]
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    direction = np.array([g[across] * np.sign(x1 - x0), g[along] * np.sign(y1 - y0)])
+    if np.hypot(*direction) < 0.3:
+        return
+    start = np.array([0.72, 0.15]) - 0.07 * direction
+    ax.annotate(
+        "",
+        tuple(start + 0.18 * direction),
+        tuple(start),
+        xycoords="axes fraction",
+        arrowprops={"arrowstyle": "-|>", "color": ORANGE, "lw": 1.8},
+    )
+    x, y = start - 0.04 * direction
+    ax.text(x, y, "g", color=ORANGE, transform=ax.transAxes, ha="center", va="center")
+
+
+def draw_sides(ax: Axes, plane: str) -> None:
+    """R and L, A and P, I and S at the edges of a framed slice."""
+    _, across, along = PLANES[plane]
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    horizontal = ENDS[across] if x1 > x0 else ENDS[across][::-1]
+    vertical = ENDS[along] if y1 > y0 else ENDS[along][::-1]
+    places = ((0.03, 0.5), (0.97, 0.5), (0.5, 0.04), (0.5, 0.96))
+    for letter, (x, y) in zip(horizontal + vertical, places):
+        ax.text(x, y, letter, color=ORANGE, weight="bold", transform=ax.transAxes, ha="center", va="center")
+
+
+def straight(image: Image) -> Image:
+    """The image in axes of its own: its voxels where they are, seen along its rows, columns and slices."""
+    return Image(Grid(image.grid.shape, image.grid.spacing, image.grid.origin), image.values)
+
+
+def in_axes_of(grid: Grid, points: np.ndarray) -> np.ndarray:
+    """Patient points (n, 3) mm in the axes of a grid that `straight` draws, (n, 3) mm."""
+    found: np.ndarray = grid.origin + (points - grid.origin) @ grid.direction
+    return found
+
+
+def labels_in_slice(labels: LabelMap, grid: Grid, plane: str, at_mm: float) -> LabelMap:
+    """Labels at the voxels of one slice of another grid, as `straight` draws it; air outside of them."""
+    cut = PLANES[plane][0]
+    k = round(float((at_mm - grid.origin[2 - cut]) / grid.spacing[2 - cut]))
+    counts = list(grid.shape)
+    index = np.indices([1 if axis == cut else n for axis, n in enumerate(counts)]).reshape(3, -1).T
+    index[:, cut] = np.clip(k, 0, counts[cut] - 1)
+    there = np.rint(labels.grid.indices(grid.points(index.astype(float)))).astype(int)
+    inside = np.all((there >= 0) & (there < labels.grid.shape), axis=1)
+    values = np.zeros(len(index), labels.values.dtype)
+    values[inside] = labels.values[tuple(there[inside].T)]
+    nz, ny, nx = (1 if axis == cut else n for axis, n in enumerate(counts))
+    origin = grid.origin.copy()
+    origin[2 - cut] += index[0, cut] * grid.spacing[2 - cut]
+    return LabelMap(Grid((nz, ny, nx), grid.spacing, origin), values.reshape(nz, ny, nx))

@@ -11,6 +11,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.volume import Image, LabelMap
 from mammosim.figures.slices import (
     PLANES,
+    draw_gravity,
     draw_labels,
     draw_slice,
     extent_of,
@@ -46,8 +47,8 @@ def positions(
         nipple = fiducials[position].point("nipple_left")
         for ax, plane, at in zip(axes[:, column], ("axial", "sagittal"), (nipple[2], nipple[0])):
             draw_slice(ax, image, plane, at)
-            _draw_fiducials(ax, fiducials[position], plane, at)
-            _draw_gravity(ax, gravity[position], plane)
+            draw_fiducials(ax, fiducials[position], plane, at)
+            draw_gravity(ax, gravity[position], plane)
             where = f"{plane}, {'z' if plane == 'axial' else 'x'} = {at:.0f} mm"
             ax.text(0.02, 0.97, where, transform=ax.transAxes, color="w", fontsize=7, va="top")
         axes[0, column].set_title(position.replace("_", " "))
@@ -61,9 +62,7 @@ def positions(
     return figure
 
 
-def _draw_fiducials(
-    ax: Axes, fiducials: Fiducials, plane: str, at_mm: float, within_mm: float = 12.0
-) -> None:
+def draw_fiducials(ax: Axes, fiducials: Fiducials, plane: str, at_mm: float, within_mm: float = 12.0) -> None:
     """Markers within a slab are filled, all others hollow."""
     cut, across, along = PLANES[plane]
     for kind, point in zip(fiducials.kinds, fiducials.points):
@@ -77,24 +76,6 @@ def _draw_fiducials(
             mec="k" if near else colour,
             mew=0.7,
         )
-
-
-def _draw_gravity(ax: Axes, g: np.ndarray, plane: str) -> None:
-    _, across, along = PLANES[plane]
-    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
-    direction = np.array([g[across] * np.sign(x1 - x0), g[along] * np.sign(y1 - y0)])
-    if np.hypot(*direction) < 0.3:
-        return
-    start = np.array([0.72, 0.15]) - 0.07 * direction
-    ax.annotate(
-        "",
-        tuple(start + 0.18 * direction),
-        tuple(start),
-        xycoords="axes fraction",
-        arrowprops={"arrowstyle": "-|>", "color": ORANGE, "lw": 1.8},
-    )
-    x, y = start - 0.04 * direction
-    ax.text(x, y, "g", color=ORANGE, transform=ax.transAxes, ha="center", va="center")
 
 
 @styled

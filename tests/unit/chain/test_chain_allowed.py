@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from small_breast import study_settings
 
-from mammosim.chain.allowed import Data, in_one_line, not_planned, reasons
+from mammosim.chain.allowed import Data, gains, in_one_line, not_planned, reasons, told
 from mammosim.chain.graph import Chain
 from mammosim.chain.stages import STAGES
 from mammosim.chain.subject import Subject
@@ -125,3 +125,35 @@ def test_positions_without_the_one_that_others_are_brought_to_are_used_alone(fou
 
 def test_upright_is_predicted_from_prone_only(found):
     assert found(replace(ADA, given={"supine": SERIES}))["upright"] == "ada was not scanned prone"
+
+
+def test_a_thickness_is_chosen_in_prone_only(found):
+    unstated = replace(prone(*SERIES), thickness=False)
+    assert found(unstated)["mammogram"] == ""
+    given = found(replace(ADA, given={"supine": SERIES}, thickness=False))
+    assert given["pressed"] == "no thickness is given for ada, which is chosen in prone only"
+    assert given["mesh"] == ""
+    assert found(replace(ADA, given={"supine": SERIES}))["pressed"] == ""
+
+
+def test_what_one_more_series_adds_is_told_of_the_fewest_that_it_takes(found):
+    more = dict(gains(prone(*SERIES), found))
+    assert set(more) == {("a supine series",), ("a supine series", "a supine tilted series")}
+    assert "fit of moduli" in more["a supine series",]
+    assert more["a supine series", "a supine tilted series"] == [
+        "validation",
+        "propagation of the fit's uncertainty",
+    ]
+    assert gains(ADA, found) == [], "who has all needs no more"
+
+
+def test_points_that_are_listed_are_listed_of_each_position(found):
+    unmarked = replace(ADA, given=dict.fromkeys(("prone", "supine"), SERIES - {"fiducials"}))
+    more = dict(gains(unmarked, found))
+    assert {"registration", "fit of moduli"} <= set(more["a list of markers and nipples",])
+
+
+def test_each_part_of_the_study_is_told_with_its_reason(found):
+    rows = dict(told(found(prone("labels"))))
+    assert rows["mesh"] == rows["glandular dose"] == ""
+    assert rows["fit of moduli"] == ONE

@@ -411,6 +411,17 @@ def test_a_volunteer_of_ones_own_has_no_name_of_a_digital_one():
             check_volunteers([rows[0], rows[1] | own], file="volunteers.tsv", digital=["a"])
 
 
+def test_what_is_wrong_with_one_row_hides_nothing_of_another():
+    rows = [
+        row | {"gravity": "down"} if row["position"] == "prone" else row | {"images": ""} for row in table()
+    ]
+    with pytest.raises(ConfigurationError) as error:
+        check_volunteers(rows, file="volunteers.tsv")
+    first, second = str(error.value).splitlines()
+    assert "prone: gravity 'down' is no direction" in first
+    assert "supine, lacks images" in second
+
+
 def test_columns_that_lack_or_are_named_almost_rightly_are_named():
     with pytest.raises(ConfigurationError, match=r"my\.tsv has a column 'Gravity'; did you mean 'gravity'"):
         check_columns([{"volunteer": "", "position": "", "Gravity": ""}], file="my.tsv")

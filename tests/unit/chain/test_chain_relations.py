@@ -129,11 +129,6 @@ def test_what_agrees_is_accepted():
         ("peers", "none.yaml", "peers = 'none.yaml': there is no such file; correct the path"),
         ("peers", "", "peers = '': there is no such file"),
         (
-            "volunteers",
-            ["small", "eve"],
-            "'eve' is not in compression.thickness_mm (small, ada); add hers in mm",
-        ),
-        (
             "compression.thickness_mm",
             {"small": 45.0, "ada": 50.0, "samll": 50.0},
             "'samll' is not in volunteer_table and the digital volunteers (small, fibrous, ada)",

@@ -26,6 +26,7 @@ def check(script, monkeypatch, tmp_path):
     """check_input with these files; `judged` is told each picture with what it is judged by."""
     module = script("check_input")
     monkeypatch.setattr(module, "read_labels", lambda path: LABELS)
+    monkeypatch.setattr(module, "found_points", lambda labels, path: None)  # see the page's tests
     monkeypatch.setattr(
         module,
         "read_scan",
@@ -133,3 +134,15 @@ def test_strokes_are_judged_where_they_are_used_and_named_by_their_file(check, m
     with pytest.raises(SegmentationError, match=r"^strokes\.csv: nothing of strokes\.csv on 7$"):
         check({"images": "i.nii.gz", "strokes": "strokes.csv"})
     check({"images": "i.nii.gz", "labels": "l.nii.gz", "strokes": "strokes.csv"})  # labels stand for them
+
+
+def test_every_part_is_judged_and_each_fault_is_a_line(check):
+    def rejected(image, **about):
+        raise ImageError("the breast is cut off")
+
+    with pytest.raises(ImageError) as error:
+        check({"labels": "l.nii.gz", "images": "i.nii.gz", "listed": "list.csv"}, rejected, listed=THREE)
+    first, second, third = str(error.value).splitlines()
+    assert first == "l.nii.gz: the breast is cut off"
+    assert second == "i.nii.gz: the breast is cut off"
+    assert third.startswith("list.csv with its image: 3 chest markers")

@@ -27,7 +27,8 @@ KEYS = {
 class Study(Settings):
     """What is foreseen from, by its KEYS; source_mm and support_mm: above the detector.
 
-    thickness_mm: volunteer -> of her standard compression; smallest_mm: that any may be pressed to.
+    thickness_mm: volunteer -> of her standard compression, where given; smallest_mm: that any may be
+    pressed to.
     """
 
     volunteers: tuple[str, ...]
@@ -90,15 +91,16 @@ def _strategies(study: Study, ends: Mapping[str, StrategyEnd]) -> Iterator[str]:
     """Of strategies that press further than any may, or whose pressure is stated for other moduli."""
     for name, until in ends.items():
         share = until.thickness_share
-        goals = {woman: share * study.thickness_mm[woman] for woman in study.volunteers} if share else {}
+        known = [woman for woman in study.volunteers if woman in study.thickness_mm]
+        goals = {woman: share * study.thickness_mm[woman] for woman in known} if share else {}
         for woman, goal in goals.items():
             if goal < study.smallest_mm:
                 yield (
                     f"the strategy {name} would press {woman} to {goal:g} mm, and compression.smallest_mm is "
                     f"{study.smallest_mm:g}"
                 )
-        known = until.pressure_kpa
-        if known is not None and (lacking := [m for m in study.moduli if m not in known]):
+        stated = until.pressure_kpa
+        if stated is not None and (lacking := [m for m in study.moduli if m not in stated]):
             yield f"the strategy {name} states no pressure_kpa for the moduli {', '.join(lacking)}"
 
 

@@ -65,7 +65,8 @@ class Listing:
 class Section:
     """A title, paragraphs of text separated by blank lines, and pictures and tables below.
 
-    In the text, {name} or {name:.1f} stands for a number of numbers.json; `x` is code, **x** is bold.
+    In the text, {name} or {name:.1f} stands for a number of numbers.json; `x` is code, **x** is bold, and
+    [x](path) a link.
     """
 
     title: str
@@ -136,11 +137,12 @@ def quoted(text: str, numbers: Numbers) -> str:
 
 
 def paragraphs(text: str) -> list[Markup]:
-    """Paragraphs of HTML from plain text with `code` and **bold**."""
+    """Paragraphs of HTML from plain text with `code`, **bold** and [words](path)."""
     found = []
     for part in re.split(r"\n\s*\n", text.strip()):
         html = str(escape(" ".join(part.split())))
         html = re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
+        html = re.sub(r"\[([^\]]+)\]\(([^()\s]+)\)", r'<a href="\2">\1</a>', html)
         found.append(Markup(re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", html)))
     return [part for part in found if part]
 

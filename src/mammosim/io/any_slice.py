@@ -1,0 +1,28 @@
+"""Any one slice of a folder of DICOM files, to look at where the series makes no volume."""
+
+from pathlib import Path
+
+import numpy as np
+import pydicom
+
+
+def any_slice(folder: str | Path) -> np.ndarray | None:
+    """Stored values (n_row, n_column) of the decodable slice nearest the middle; None without one."""
+    if not folder or not Path(folder).is_dir():
+        return None
+    files = [path for path in sorted(Path(folder).rglob("*")) if path.is_file()]
+    middle = len(files) // 2
+    for path in sorted(files, key=lambda each: abs(files.index(each) - middle)):
+        values = _decoded(path)
+        if values is not None:
+            return values
+    return None
+
+
+def _decoded(path: Path) -> np.ndarray | None:
+    """The pixels of a file, None where there are none; whatever is wrong with it, it is only looked at."""
+    try:
+        values = pydicom.dcmread(path).pixel_array
+    except Exception:
+        return None
+    return np.asarray(values, float) if values.ndim == 2 else None

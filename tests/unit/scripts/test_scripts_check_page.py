@@ -1,0 +1,119 @@
+"""The page of a woman whose data are rejected shows why, and what can be seen of them."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tiny_woman import tiny_image, tiny_labels
+
+from mammosim.core.labels import Label
+from mammosim.core.volume import Grid, LabelMap
+from mammosim.io.images import write_image, write_labels
+
+TOLD = {
+    "planned": [("mesh", "")],
+    "gains": [],
+    "thickness": "No thickness is given.",
+    "waits": False,
+    "modelled": "prone",
+    "stated": False,
+    "asked": {"found": False, "registered": False},
+    "compression": {
+        "sides": ["left", "right"],
+        "depth_share": 0.5,
+        "smallest_mm": 20.0,
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Good labels and image of a tiny woman."""
+    folder = tmp_path_factory.mktemp("tiny")
+    labels = tiny_labels(8.0)
+    write_labels(labels, folder / "labels.nii.gz")
+    write_image(tiny_image(labels), folder / "image.nii.gz")
+    return SimpleNamespace(folder=folder, labels=labels)
+
+
+@pytest.fixture
+def page(script, tmp_path):
+    """Page and reasons to stop, of files of one prone position."""
+    module = script("check_page")
+
+    def made(given: dict, **told) -> tuple[str, list[str]]:
+        given = {kind: str(path) for kind, path in given.items()}
+        row = {"position": "prone", "used": True, "there": True, "files": given, "gravity": "0 -1 0"}
+        out = {"page": str(tmp_path / "p.html"), "verdict": str(tmp_path / "p.json")}
+        module.main("ada", [row], TOLD | told, out)
+        return (tmp_path / "p.html").read_text(), json.loads((tmp_path / "p.json").read_text())["stops"]
+
+    made.module = module
+    return made
+
+
+def test_good_labels_have_a_picture_nipples_and_the_thickness_that_will_be_chosen(page, files):
+    text, stops = page({"labels": files.folder / "labels.nii.gz"})
+    assert stops == []
+    assert text.count("data:image/png") == 1
+    # 60 mm and the 16 mm to the ribs, half of it, to a voxel of 8 mm.
+    (left,) = [part for part in text.split("about ")[1:] if "(left)" in part[:20]]
+    assert 30 <= float(left.split(" mm")[0]) <= 42
+    assert "In her labels" not in page({"labels": files.folder / "labels.nii.gz"}, stated=True)[0]
+
+
+def test_a_thickness_that_makes_no_sense_is_a_reason_to_stop_before_anything_is_computed(page, files):
+    compression = TOLD["compression"] | {"smallest_mm": 60.0}
+    _, stops = page({"labels": files.folder / "labels.nii.gz"}, compression=compression)
+    assert len(stops) == 2, "of either side"
+    assert "outside [60, 120]; state hers in compression.thickness_mm" in stops[0]
+
+
+def test_rejected_labels_have_their_codes_as_a_picture(page, files, tmp_path):
+    others = np.where(files.labels.values == Label.THORAX, np.uint8(50), files.labels.values)
+    write_labels(LabelMap(files.labels.grid, others), tmp_path / "codes.nii.gz")
+    text, (why,) = page({"labels": tmp_path / "codes.nii.gz"})
+    assert "unknown labels 50" in why
+    assert "1 reason to stop" in text
+    assert "data:image/png" in text
+
+
+def test_labels_of_one_breast_stop_where_two_nipples_would_be_looked_for(page, files, tmp_path):
+    grid, left = files.labels.grid, files.labels.values[:, :, files.labels.grid.shape[2] // 2 :]
+    half = Grid(left.shape, grid.spacing, grid.origin + [grid.spacing[0] * (grid.shape[2] // 2), 0, 0])
+    write_labels(LabelMap(half, left), tmp_path / "one.nii.gz")
+    _, stops = page({"labels": tmp_path / "one.nii.gz"})
+    assert any("one.nii.gz: the nipples found are" in why and "one breast" in why for why in stops)
+
+
+def test_a_file_that_cannot_be_read_and_one_that_can_stand_on_one_page(page, files, tmp_path):
+    (tmp_path / "cut.nii.gz").write_bytes((files.folder / "image.nii.gz").read_bytes()[:100])
+    text, stops = page({"labels": files.folder / "labels.nii.gz", "images": tmp_path / "cut.nii.gz"})
+    assert len(stops) == 1
+    assert "cut.nii.gz" in stops[0]
+    assert "data:image/png" in text, "her labels"
+
+
+def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(page, files, monkeypatch):
+    def broken(*args, **more):
+        raise KeyError("prone")
+
+    monkeypatch.setattr(page.module.check_input, "look", broken)
+    text, (why,) = page({"labels": files.folder / "labels.nii.gz"})
+    assert why == "prone: a fault of the program, KeyError: 'prone'"
+    assert "a fault of the program" in text
+
+
+def test_a_position_that_is_not_used_stops_nothing(page, tmp_path):
+    row = {
+        "position": "supine",
+        "used": False,
+        "there": True,
+        "files": {"images": "none.nii.gz"},
+        "gravity": "0 1 0",
+    }
+    out = {"page": str(tmp_path / "p.html"), "verdict": str(tmp_path / "p.json")}
+    page.module.main("ada", [row], TOLD, out)
+    assert json.loads((tmp_path / "p.json").read_text())["stops"] == []
+    assert "none.nii.gz" in (tmp_path / "p.html").read_text()

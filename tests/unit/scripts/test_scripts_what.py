@@ -1,0 +1,43 @@
+"""The page of what was done is made of tables and figures as they are, and of why others are missing."""
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from mammosim.io.figures import write_figure
+from mammosim.io.missing import write_missing
+from mammosim.io.tables import write_table
+
+ROWS = [
+    {"position": "prone", "used": True, "there": True, "files": {"labels": "l.nii.gz"}, "gravity": "0 -1 0"}
+]
+
+
+def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pressed, image = "results/compression/ada/standard.csv", "results/xray/ada/standard_image.csv"
+    there, gone = "results/study/figures/mesh_ada.png", "results/study/figures/mammogram_ada.png"
+    for path in (pressed, image, there, "results/women/ada/what.html"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+    write_table(pd.DataFrame({"side": ["left"], "thickness_from": ["chosen: 0.5 of the 76 mm"]}), pressed)
+    write_missing(image, "image_row ada left: the field is too narrow", job={"side": "left"})
+    write_figure(Figure(), there)
+    write_figure(Figure(), gone, missing="image_row ada left: the field is too narrow")
+    told = {
+        "tables": {"compression": [pressed], "image": [image]},
+        "planned": [("mesh", "")],
+        "gains": [(("a supine series",), ["fit of moduli"])],
+        "thickness": "Half of her depth.",
+    }
+    script("what").main("ada", ROWS, told, [there, gone], "results/women/ada/what.html")
+    page = (tmp_path / "results/women/ada/what.html").read_text()
+    assert f'href="../../../{pressed}"' in page
+    assert f'href="../../../{there}"' in page
+    assert f'href="../../../{gone}"' not in page
+    assert "chosen: 0.5 of the 76 mm" in page
+    (row,) = [
+        line
+        for line in page.split("<tr>")
+        if "<td>image_row ada left: the field is too narrow</td><td>" in line
+    ]
+    assert "mammogram_ada" in row, "the figure that lacks it"
+    assert "a supine series" in page

@@ -1,0 +1,192 @@
+"""Before a run: a page of each woman, and a line; and what config/README.md says can be done."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from tiny_woman import tiny_image, tiny_labels
+
+from mammosim.core.labels import Label
+from mammosim.core.volume import LabelMap
+from mammosim.io.dicom import read_series
+from mammosim.io.dicom_writer import write_series
+from mammosim.io.images import write_labels
+from mammosim.io.tables import write_table
+
+pytestmark = pytest.mark.workflow
+README = Path(__file__).parents[2] / "config/README.md"
+REAL = Path(__file__).parents[3] / "shared/data"
+
+
+@pytest.fixture
+def women(study, tmp_path):
+    """Of rows of the table of volunteers, how to ask for something of them, in a folder of their own."""
+
+    def of(*rows: dict[str, str], **settings):
+        table = [{"position": "prone", "gravity": "0 -1 0"} | row for row in rows]
+        pd.DataFrame(table).to_csv(tmp_path / "volunteers.tsv", sep="\t", index=False)
+        names = [row["volunteer"] for row in rows]
+        values = {"volunteers": names, "volunteer_table": "volunteers.tsv"} | settings
+        (tmp_path / "mine.yaml").write_text(yaml.safe_dump(values))
+        files = [str(study.home / "config/smoke.yaml"), str(tmp_path / "mine.yaml")]
+        there = replace(study, run=tmp_path)
+
+        def ask(*targets: str, dry: bool = False) -> subprocess.CompletedProcess[str]:
+            return there.snakemake("--configfile", *files, *(["--dry-run"] if dry else []), "--", *targets)
+
+        return ask
+
+    return of
+
+
+def labels_with(path: Path, **renamed: int) -> None:
+    """Labels of the tiny woman, with other codes of some tissues."""
+    labels = tiny_labels(8.0)
+    values = labels.values.copy()
+    for tissue, code in renamed.items():
+        values[labels.values == Label[tissue]] = code
+    write_labels(LabelMap(labels.grid, values), path)
+
+
+def test_one_woman_who_is_rejected_hides_no_other_and_nothing_is_computed(women, tmp_path):
+    labels_with(tmp_path / "ada.nii.gz")
+    labels_with(tmp_path / "bea.nii.gz", GLANDULAR=50)
+    result = women(
+        {"volunteer": "bea", "labels": "bea.nii.gz"}, {"volunteer": "ada", "labels": "ada.nii.gz"}
+    )("check")
+    assert result.returncode != 0
+    lines = result.stdout.splitlines()
+    assert "ada: nothing stops her; see results/checked/ada.html" in lines
+    assert any(line.startswith("bea: prone: bea.nii.gz: unknown labels 50") for line in lines)
+    assert "the data of bea cannot be used (1 of 2 volunteers)" in "\n".join(lines[-20:])
+    pages = {name: (tmp_path / f"results/checked/{name}.html").read_text() for name in ("ada", "bea")}
+    assert "unknown labels 50" in pages["bea"]
+    assert all("data:image/png" in page for page in pages.values())
+    done = {path.parent.name for path in (tmp_path / "results/benchmarks").glob("*/*.tsv")}
+    assert done == {"check_page"}
+
+
+def test_data_that_can_be_used_pass_and_are_looked_at_again_each_time(women, tmp_path):
+    labels_with(tmp_path / "ada.nii.gz")
+    check = women({"volunteer": "ada", "labels": "ada.nii.gz"})
+    assert check("check").returncode == 0
+    first = (tmp_path / "results/checked/ada.html").stat().st_mtime
+    again = check("check")
+    assert again.returncode == 0, again.stdout[-3000:]
+    assert (tmp_path / "results/checked/ada.html").stat().st_mtime > first
+
+
+def test_digital_women_are_not_waited_for(women):
+    result = women(
+        {"volunteer": "small", "images": "results/raw/small/prone", "strokes": "results/raw/small/s.csv"}
+    )("check", dry=True)
+    assert result.returncode == 0, result.stdout[-3000:]
+    assert set(re.findall(r"^(?:local)?rule (\w+):$", result.stdout, flags=re.M)) == {"check", "check_page"}
+
+
+def test_a_woman_without_a_thickness_is_planned_to_her_own_page(women, tmp_path):
+    labels_with(tmp_path / "ada.nii.gz")
+    ask = women({"volunteer": "ada", "labels": "ada.nii.gz"})
+    result = ask("results/women/ada/what.html", dry=True)
+    assert result.returncode == 0, result.stdout[-3000:]
+    rules = set(re.findall(r"^(?:local)?rule (\w+):$", result.stdout, flags=re.M))
+    assert {
+        "check_input",
+        "take_labels",
+        "mesh",
+        "compress",
+        "dose",
+        "mammogram",
+        "tomosynthesis",
+        "what",
+    } <= rules
+    assert rules.isdisjoint({"report", "table", "sweep", "upright", "identify", "trade_off"}), "of the study"
+    assert "what" in set(re.findall(r"^(?:local)?rule (\w+):$", ask(dry=True).stdout, flags=re.M)), (
+        "by default"
+    )
+
+
+def test_a_thickness_is_asked_where_none_can_be_chosen(women, tmp_path):
+    labels_with(tmp_path / "ada.nii.gz")
+    listed = "name,kind,x_mm,y_mm,z_mm\nnipple_left,nipple,70,-60,0\nnipple_right,nipple,-70,-60,0\n"
+    (tmp_path / "list.csv").write_text(listed)
+    supine = {"volunteer": "ada", "position": "supine", "gravity": "0 1 0", "labels": "ada.nii.gz"}
+    result = women(supine | {"fiducials": "list.csv"})("study", dry=True)
+    assert result.returncode == 0, result.stdout[-3000:]
+    assert "no compression: no thickness is given for ada, which is chosen in prone only" in result.stdout
+
+
+BLOCKS = re.findall(r"^```sh\n(.*?)^```$", README.read_text(), flags=re.M | re.S)
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=[block.split()[-1] for block in BLOCKS])
+def test_what_the_readme_says_can_be_planned(block, study, tmp_path):
+    shutil.copytree(study.home / "config", tmp_path / "config")
+    (tmp_path / "mine").mkdir()
+    labels = tiny_labels(8.0)
+    write_labels(labels, tmp_path / "mine/labels.nii.gz")
+    write_series(
+        tmp_path / "mine/prone",
+        tiny_image(labels),
+        position="prone",
+        volunteer="ada",
+        echo_time_ms=70.0,
+        repetition_time_ms=4500.0,
+    )
+    (tmp_path / "mine/strokes.csv").write_text("x_mm,y_mm,z_mm,tissue\n70,-50,0,adipose\n")
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "Snakefile")]
+    command += ["--workflow-profile", "none", "--dry-run"]
+    ran = subprocess.run(
+        ["bash", "-e", "-c", block.replace(".venv/bin/snakemake", shlex.join(command))],
+        cwd=tmp_path,
+        env=os.environ,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stdout[-3000:]
+    assert "This was a dry-run" in ran.stdout
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not REAL.is_dir(), reason=f"no {REAL}: the real images are not part of the project")
+def test_two_real_women_are_planned_and_checked(women, tmp_path):
+    """A series as a scanner wrote it, and labels as somebody else drew them: each has her page."""
+    with zipfile.ZipFile(REAL / "duke_breast_mri_001_dicom.zip") as archive:
+        archive.extractall(tmp_path / "duke")
+    write_table(painted(tmp_path / "duke"), tmp_path / "strokes.csv")
+    ask = women(
+        {"volunteer": "duke", "images": "duke", "strokes": "strokes.csv"},
+        {"volunteer": "exam12", "labels": str(REAL / "exam12_labels_LPS_uint8.nii.gz")},
+    )
+    planned = ask("results/women/duke/what.html", "results/women/exam12/what.html", dry=True)
+    assert planned.returncode == 0, planned.stdout[-3000:]
+    checked = ask("check")
+    lines = [line for line in checked.stdout.splitlines() if line.startswith(("duke: ", "exam12: "))]
+    assert [line.split(":")[0] for line in lines] == ["duke", "exam12"]
+    assert lines[0] == "duke: nothing stops her; see results/checked/duke.html"
+    page = (tmp_path / "results/checked/duke.html").read_text()
+    assert "duke, prone: 0.80 x 0.80 x 1.10 mm" in page
+    assert "data:image/png" in (tmp_path / "results/checked/exam12.html").read_text()
+    assert "Traceback" not in checked.stdout
+
+
+def painted(folder: Path) -> pd.DataFrame:
+    """Some points of air and of what is bright, as a person might paint them."""
+    image = read_series(folder).image
+    values = image.values[:: image.values.shape[0] // 8, ::40, ::40]
+    index = np.argwhere(values >= 0) * [image.values.shape[0] // 8, 40, 40]
+    bright = values.ravel() > np.percentile(values, 80)
+    x, y, z = image.grid.points(index.astype(float)).T
+    return pd.DataFrame({"x_mm": x, "y_mm": y, "z_mm": z, "tissue": np.where(bright, "adipose", "air")})

@@ -1,0 +1,56 @@
+"""What was done with one woman's data, and what could not be."""
+
+from pathlib import Path
+
+import _stage
+import pandas as pd
+
+from mammosim.io.figures import missing_reason
+from mammosim.io.tables import read_rows
+from mammosim.study.jobs.completeness import missing_results
+from mammosim.study.report.pages import report
+from mammosim.study.report.women import done_sections
+
+KINDS = ("images", "labels", "strokes", "listed")
+
+
+def main(volunteer: str, rows: list[dict], told: dict, pictures: list[str], out: str) -> None:
+    tables = {
+        name: pd.concat(map(read_rows, paths), ignore_index=True) for name, paths in told["tables"].items()
+    }
+    given = [
+        {"position": row["position"]} | {kind: row["files"].get(kind, "") for kind in KINDS} for row in rows
+    ]
+    why = {path: missing_reason(path) for path in pictures}
+    links = {
+        "Tables": [path for paths in told["tables"].values() for path in paths],
+        "Figures": [path for path in pictures if why[path] is None],
+    }
+    sections = done_sections(
+        tables,
+        links,
+        missing_results(tables, {Path(path).stem: reason for path, reason in why.items()}),
+        told["planned"],
+        told["gains"],
+        given=pd.DataFrame(given),
+        thickness=told["thickness"],
+        home=str(Path(out).parent),
+    )
+    page = report(
+        f"mammosim: {volunteer}",
+        sections,
+        numbers={},
+        subtitle="What was done with her data, and what was not.",
+    )
+    Path(out).write_text(page)
+
+
+if __name__ == "__main__":
+    with _stage.run(snakemake):
+        main(
+            snakemake.wildcards.v,
+            snakemake.params.rows,
+            snakemake.params.told,
+            list(snakemake.input.pictures),
+            snakemake.output[0],
+        )
