@@ -6,6 +6,7 @@ rule check_input:
     input:
         images=lambda wildcards: row(wildcards).images or [],
         labels=lambda wildcards: row(wildcards).labels or [],
+        codes=codes_file,
         listed=lambda wildcards: row(wildcards).fiducials or [],
     output:
         "results/checked/{v}_{p}.csv",
@@ -13,6 +14,8 @@ rule check_input:
         gravity=lambda wildcards: row(wildcards).gravity,
         chest_markers=config["registration"]["chest_markers"],
         registered=lambda wildcards: not data_of(wildcards.v).apart,
+        labels=lambda wildcards: config["labels"] | {"codes": row(wildcards).codes},
+        element_mm=config["mesh"]["element_mm"],
         library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",
@@ -127,6 +130,7 @@ rule take_labels:
     """Tissue labels of one position that a person gave, in the place of a segmentation."""
     input:
         unpack(reads("labels")),
+        codes=codes_file,
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
     output:

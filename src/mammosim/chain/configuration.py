@@ -15,6 +15,7 @@ from mammosim.chain.advice import Place, advice, number_of, shown
 from mammosim.chain.relations import Relation, unmet
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY, gravity_vector
+from mammosim.io.label_codes import is_preset, presets
 
 # Angle between the stated gravity and +y (posterior), degrees: what each position can mean.
 ANGLE_TO_POSTERIOR_DEG = {
@@ -153,7 +154,7 @@ def _related(one: Place, other: Place) -> bool:
 
 Row = Mapping[str, str]
 # Columns of the table of volunteers, and those without which no row can be meant.
-COLUMNS = ("volunteer", "position", "images", "labels", "strokes", "fiducials", "gravity")
+COLUMNS = ("volunteer", "position", "images", "labels", "codes", "strokes", "fiducials", "gravity")
 NEEDED = ("volunteer", "position", "gravity")
 
 
@@ -180,7 +181,7 @@ def check_volunteers(
 ) -> None:
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
-    rows: of volunteer, position, images, labels, strokes, fiducials, gravity ('x y z', scanner frame LPS).
+    rows: of volunteer, position, images, labels, codes, strokes, fiducials, gravity ('x y z', scanner frame LPS).
     Each position stands once, and has labels, or images with strokes, of its own. there: whether a path that
     is named is there, or will be; digital: names of digital volunteers, whose scans are in results/raw/NAME.
     """
@@ -224,9 +225,15 @@ def _check_given(row: Row, file: str) -> None:
 
 def _check_paths(row: Row, file: str, there: Callable[[str], bool]) -> None:
     """Raise ConfigurationError where a path is not there, or the workflow would read it otherwise."""
-    for kind in ("images", "labels", "strokes", "fiducials"):
+    for kind in ("images", "labels", "codes", "strokes", "fiducials"):
         path = row.get(kind) or ""
-        if path.startswith("~"):
+        if kind == "codes" and path and not row.get("labels"):
+            wrong = "codes explain labels; give labels, or leave codes out"
+        elif kind == "codes" and is_preset(path):
+            continue
+        elif kind == "codes" and path and not there(path):
+            wrong = f"is no file and no preset; presets are: {', '.join(presets())}"
+        elif path.startswith("~"):
             wrong = "~ is not expanded here; write the whole path"
         elif "{" in path or "}" in path:
             wrong = "braces are wildcards of the workflow; rename it"

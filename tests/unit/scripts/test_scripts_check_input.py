@@ -9,6 +9,7 @@ from mammosim.core.errors import FiducialError, ImageError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap, grid_around
+from mammosim.io.images import write_labels
 from mammosim.io.tables import read_table
 
 GRID = grid_around(np.zeros(3), np.full(3, 8.0), 4.0)
@@ -17,6 +18,8 @@ IMAGE = Image(GRID, np.full(GRID.shape, 7.0, np.float32))
 PRONE = np.array([0.0, -1.0, 0.0])
 JOB = {"volunteer": "007", "position": "prone"}
 CORNERS = np.array([[0.0, 0, 0], [90, 0, 0], [0, 0, 90], [90, 0, 90]])
+NOTES = ["3 cm3 in 1 holes are filled", "no skin is labelled"]
+SAID = {"notes": "; ".join(NOTES)}
 FOUR = Fiducials(tuple(f"chest_{n}" for n in range(1, 5)), ("chest",) * 4, CORNERS)
 THREE = Fiducials(FOUR.names[:3], FOUR.kinds[:3], CORNERS[:3])
 
@@ -25,7 +28,6 @@ THREE = Fiducials(FOUR.names[:3], FOUR.kinds[:3], CORNERS[:3])
 def check(script, monkeypatch, tmp_path):
     """check_input with these files; `judged` is told each picture with what it is judged by."""
     module = script("check_input")
-    monkeypatch.setattr(module, "read_labels", lambda path: LABELS)
     monkeypatch.setattr(module, "read_image", lambda path: IMAGE)
     monkeypatch.setattr(
         module, "read_series", lambda path: SimpleNamespace(image=IMAGE, patient_position="HFP")
@@ -36,7 +38,8 @@ def check(script, monkeypatch, tmp_path):
         monkeypatch.setattr(module, "require_usable", judged)
         monkeypatch.setattr(module, "read_fiducials", lambda path: listed)
         out = tmp_path / "row.csv"
-        module.main(files, JOB, PRONE, found=found, registered=registered, out=str(out))
+        about = {"found": found, "registered": registered, "taken": lambda path: (LABELS, NOTES)}
+        module.main(files, JOB, PRONE, **about, out=str(out))
         return read_table(out).to_dict("records")
 
     run.module = module
@@ -44,8 +47,11 @@ def check(script, monkeypatch, tmp_path):
 
 
 def test_the_row_is_of_the_image_where_one_is_given_beside_labels(check):
-    assert check({"labels": "l.nii.gz", "images": "i.nii.gz"}) == [JOB | {"brightest": 7.0}]
-    assert check({"labels": "l.nii.gz"}) == [JOB | {"brightest": 1000.0}], "of the outline of her labels"
+    assert check({"labels": "l.nii.gz", "images": "i.nii.gz"}) == [
+        JOB | {"brightest": 7.0} | SAID
+    ]
+    assert check({"labels": "l.nii.gz"}) == [JOB | {"brightest": 1000.0} | SAID], "of the outline of her labels"
+
 
 
 def test_labels_and_image_are_both_judged_by_her_position_and_a_series_by_its_tag(check, tmp_path):
@@ -91,3 +97,19 @@ def test_chest_markers_are_looked_for_in_the_image_where_they_are_to_be_found(ch
     assert seen == [(IMAGE, THREE)]
     check({"images": "i.nii.gz", "listed": "list.csv"}, listed=FOUR)
     assert len(seen) == 1
+
+
+def test_a_label_map_is_read_by_its_codes_and_what_is_said_is_logged(script, tmp_path, caplog):
+    """A slab of one voxel, thinner than half an element, in codes of a table."""
+    grid = grid_around(np.zeros(3), np.full(3, 60.0), 5.0)
+    values = np.zeros(grid.shape, np.uint8)
+    values[:, 5], values[:, 6:] = 9, 7
+    write_labels(LabelMap(grid, values), tmp_path / "l.nii.gz")
+    (tmp_path / "codes.tsv").write_text("code\ttissue\n0\tair\n7\tthorax\n9\tadipose\n")
+    settings = {"glandularity_percent": 20.0, "codes": str(tmp_path / "codes.tsv")}
+    caplog.set_level("INFO")
+    taken = script("check_input").taken_by(settings, {"breast": 12.0, "chest": 16.0})
+    labels, notes = taken(str(tmp_path / "l.nii.gz"))
+    assert np.unique(labels.values).tolist() == [Label.AIR, Label.ADIPOSE, Label.THORAX]
+    assert notes[-1] == f"{60 * 60 * 5 / 1000:.0f} cm3 are thinner than half an element"
+    assert f"l.nii.gz: {notes[-1]}" in caplog.text
