@@ -24,8 +24,8 @@ def breasts() -> CodedMap:
     grid = grid_around(np.array([-120.0, -72.0, -60.0]), np.array([120.0, 60.0, 60.0]), H)
     x, y, z = np.moveaxis(grid.centres().reshape(*grid.shape, 3), -1, 0)
     r = np.sqrt(((np.abs(x) - 60) / 44) ** 2 + (y / 60) ** 2 + (z / 44) ** 2)
-    values = np.where(((y > 0) & (y < 40)) | (r < 1), F, A)
-    values[r < 0.5] = G
+    values = np.where((y < 40) & ((y > 0) | (r < 1)), F, A)
+    values[(r < 0.5) & (y < 12)] = G
     values[(y > 12) & (y < 40)] = M
     values[(y > 24) & (y < 40)] = T
     return CodedMap(grid, values.astype(np.int32), "mine.nii")
@@ -138,7 +138,7 @@ def test_a_breast_on_the_front_border_is_cut_off_and_one_beside_it_is_doubted():
 
 def test_lesions_are_gland_and_what_is_to_be_ignored_is_as_its_neighbour(tmp_path):
     x, y, z = where(breasts())
-    ball = (x - 60) ** 2 + (y + 20) ** 2 + z**2 < 100
+    ball = (x - 60) ** 2 + (y + 14) ** 2 + z**2 < 64  # inside the gland
     table = tmp_path / "codes.tsv"
     table.write_text("code\ttissue\n" + "".join(f"{int(label)}\t{label.tissue}\n" for label in Label) + "99\tignore\n")
     found = taken(changed(ball, int(Label.LESION)))
