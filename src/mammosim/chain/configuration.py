@@ -181,7 +181,8 @@ def check_volunteers(
 ) -> None:
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
-    rows: of volunteer, position, images, labels, codes, strokes, fiducials, gravity ('x y z', scanner frame LPS).
+    rows: of volunteer, position, images, labels, codes, strokes, fiducials, gravity ('x y z', scanner frame
+    LPS).
     Each position stands once, and has labels, or images with strokes, of its own. there: whether a path that
     is named is there, or will be; digital: names of digital volunteers, whose scans are in results/raw/NAME.
     """

@@ -1,6 +1,6 @@
 """A person's label map made ready to be meshed: what cannot be meant is rejected, what is mended is said.
 
-Frame of the labels: LPS, mm, axes near x to the left, y to posterior, z to superior; volumes are those of voxels.
+Frame of the labels: LPS, mm, axes near x to the left, y to posterior, z to superior.
 """
 
 from collections.abc import Callable
@@ -28,9 +28,9 @@ PIECE, PIECES = 0.05, 2
 LONELY = 0.1
 # ASSUME: less than 50 mm2 of tissue on the front border is noise, as in an image.
 CUT_MM2 = 50.0
-# ASSUME: where a hanging breast is wider than its base, its back lies 10 mm in front of the chest within 15 mm.
+# ASSUME: where a hanging breast is wider than its base, its back lies 10 mm in front of what is 15 mm beside.
 OVERHANG_MM, WITHIN_MM = 10.0, 15.0
-# ASSUME: skin within 10 mm of the midline is that of the breastbone; a breast is what stands out in front of it.
+# ASSUME: skin within 10 mm of the midline is the breastbone's; a breast is what stands out in front of it.
 MIDLINE_MM = 10.0
 # ASSUME: where that is less than a tenth of the tissue, it holds one breast, and all of it is breast.
 STANDS_OUT = 0.1
@@ -59,14 +59,18 @@ Step = Callable[[LabelMap, LabelSettings], tuple[LabelMap, str]]
 
 
 def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
-    """The labels. Raises ImageError, which names the file: codes without a meaning, no breast, cut off, in pieces."""
+    """The labels. Raises ImageError, which names the file: unknown codes, no breast, cut off, in pieces."""
     labels, notes = tissue_map(coded, settings.codes), []
     for step in STEPS:
         try:
             labels, note = step(labels, settings)
         except ImageError as error:
             unsaid = step in DOUBTED and not (settings.codes or coded.names)
-            also = f"; if the codes are others, say so in the column codes ({fits(coded.found)})" if unsaid else ""
+            also = (
+                f"; if the codes are others, say so in the column codes ({fits(coded.found)})"
+                if unsaid
+                else ""
+            )
             raise ImageError(f"{coded.path}: {error}{also}") from None
         notes += [note] if note else []
     return Prepared(labels, tuple(notes))
@@ -89,21 +93,26 @@ def _require_whole(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap,
         )
     rows = np.flatnonzero(_is(labels.values, SOFT).any(axis=(0, 2)))
     near = rows[0] == 1
-    return labels, "tissue begins one voxel behind the front border: see that the breast is whole" if near else ""
+    return (
+        labels,
+        "tissue begins one voxel behind the front border: see that the breast is whole" if near else "",
+    )
 
 
 def _require_solid(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     soft = _is(labels.values, SOFT)
     near = np.zeros_like(soft)
     for axis in range(3):
-        ahead, behind = (tuple(s if a == axis else slice(None) for a in range(3)) for s in (slice(1, None), slice(-1)))
+        ahead, behind = (
+            tuple(s if a == axis else slice(None) for a in range(3)) for s in (slice(1, None), slice(-1))
+        )
         near[ahead] |= soft[behind]
         near[behind] |= soft[ahead]
     lonely = np.count_nonzero(soft & ~near) / np.count_nonzero(soft)
     if lonely > LONELY:
         raise ImageError(
-            f"{PERCENT * lonely:.0f} % of the voxels of tissue have no neighbour of tissue; no breast looks so: "
-            "smooth the labels, or export them again"
+            f"{PERCENT * lonely:.0f} % of the voxels of tissue have no neighbour of tissue; no breast looks "
+            "so: smooth the labels, or export them again"
         )
     return labels, ""
 
@@ -118,7 +127,7 @@ def _require_meant(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap,
 
 
 def _outside(mask: np.ndarray, air: np.ndarray) -> bool:
-    """Whether half of a mask, or more, is in pieces that touch the air around the body, or the border of the map."""
+    """Whether half of a mask, or more, is in pieces that touch the air around the body, or the border."""
     volumes, _ = ndimage.label(air)
     size = np.bincount(volumes.ravel())
     around = volumes == 1 + np.argmax(size[1:]) if len(size) > 1 else air
@@ -159,15 +168,19 @@ def _one_body(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]
     if len(kept) > PIECES:
         volumes = ", ".join(f"{volume:.0f}" for volume in sorted(size[kept] * unit, reverse=True))
         raise ImageError(
-            f"the tissue falls into {len(kept)} pieces of {volumes} cm3 that do not touch; label what joins them"
+            f"the tissue falls into {len(kept)} pieces of {volumes} cm3 that do not touch; label "
+            "what joins them"
         )
     stray = (pieces > 0) & ~np.isin(pieces, kept)
     n = np.count_nonzero(size) - len(kept)
     note = _said(stray, labels, f"in {n} stray pieces of tissue are dropped")
     if len(kept) == PIECES:
         least = size[kept].min() * unit
-        note += f"{'; ' * bool(note)}a piece of {least:.0f} cm3 is not connected to the rest, and is held by itself"
-    outside = np.where(_touching(pieces, labels.values == Label.AIR), np.uint8(Label.AIR), np.uint8(Label.THORAX))
+        apart = f"a piece of {least:.0f} cm3 is not connected to the rest, and is held by itself"
+        note = "; ".join(filter(None, [note, apart]))
+    outside = np.where(
+        _touching(pieces, labels.values == Label.AIR), np.uint8(Label.AIR), np.uint8(Label.THORAX)
+    )
     return replace(labels, values=np.where(stray, outside, labels.values)), note
 
 
@@ -183,14 +196,16 @@ def _touching(pieces: np.ndarray, mask: np.ndarray) -> np.ndarray:
 def _closed(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     """Holes that tissue encloses take the nearest tissue."""
     pieces, n = ndimage.label(~_is(labels.values, SOFT))
-    border = np.unique(np.concatenate([pieces.take(end, axis).ravel() for axis in range(3) for end in (0, -1)]))
+    border = np.unique(
+        np.concatenate([pieces.take(end, axis).ravel() for axis in range(3) for end in (0, -1)])
+    )
     hole = (pieces > 0) & ~np.isin(pieces, border)
     n -= np.count_nonzero(border)
     return _nearest(labels, hole), _said(hole, labels, f"in {n} holes are filled with the nearest tissue")
 
 
 def _chest_wall(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
-    """Air behind muscle, or behind the last tissue, is the chest, which holds it: air and thorax share a code.
+    """Air behind muscle, or behind the last tissue, is the chest, which holds it: both may have one code.
 
     Behind the free back of a hanging breast, and behind skin, it stays air.
     """
@@ -208,7 +223,7 @@ def _chest_wall(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, st
 
 
 def _overhanging(last: np.ndarray, labels: LabelMap) -> np.ndarray:
-    """Columns (nz, nx) at the rim of the tissue that end in front of what is near them; last: row, -1 for none."""
+    """Columns (nz, nx) at the rim of the tissue that end in front of those near them; last: row, or -1."""
     dx, dy, dz = labels.grid.spacing
     size = tuple(2 * int(np.ceil(WITHIN_MM / step)) + 1 for step in (dz, dx))
     y = last * dy
@@ -225,16 +240,18 @@ def _mixed(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     if not breast.any():
         return replace(labels, values=values), ""
     if (labels.values == Label.GLANDULAR).any():
-        return replace(labels, values=values), _said(breast, labels, "of breast around the gland are taken as fat")
+        return replace(labels, values=values), _said(
+            breast, labels, "of breast around the gland are taken as fat"
+        )
     values[_innermost(breast, labels, settings.glandularity_percent / PERCENT)] = Label.GLANDULAR
     return replace(labels, values=values), (
-        f"fat and gland share a code: the innermost {settings.glandularity_percent:g} % of each breast are taken "
-        "as gland (labels.glandularity_percent)"
+        f"fat and gland share a code: the innermost {settings.glandularity_percent:g} % of each breast are "
+        "taken as gland (labels.glandularity_percent)"
     )
 
 
 def _innermost(breast: np.ndarray, labels: LabelMap, share: float) -> np.ndarray:
-    """The deepest part (nz, ny, nx) of what stands out in front of the breastbone, on each side of the midline."""
+    """The deepest part (nz, ny, nx) of what stands out in front of the breastbone, on each side of it."""
     # ASSUME: gland is where a breast is deepest, as it is on average; no map of it alone can tell.
     step = labels.grid.spacing[::-1]
     box = ndimage.find_objects(breast.astype(np.uint8))[0]
@@ -242,8 +259,8 @@ def _innermost(breast: np.ndarray, labels: LabelMap, share: float) -> np.ndarray
     depth[box] = ndimage.distance_transform_edt(np.pad(breast[box], 1), sampling=step)[1:-1, 1:-1, 1:-1]
     middle = (box[2].start + box[2].stop) // 2
     near = max(1, int(MIDLINE_MM / step[2]))
-    strip = breast[:, :, middle - near : middle + near].any(axis=2)
-    sternum = np.median(strip.argmax(axis=1)[strip.any(axis=1)]) if strip.any() else 0
+    strip: np.ndarray = np.any(breast[:, :, middle - near : middle + near], axis=2)
+    sternum = np.median(strip.argmax(axis=1)[np.any(strip, axis=1)]) if strip.any() else 0
     out = breast & (np.arange(breast.shape[1]) < sternum)[None, :, None]
     out = out if out.sum() > STANDS_OUT * breast.sum() else breast
     found = np.zeros_like(breast)
@@ -258,7 +275,7 @@ def _skin(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     skin = labels.values == Label.SKIN
     said = _said(skin, labels, "of skin count as fat under a membrane of tissues.skin.thickness_mm")
     return labels, said or (
-        "no skin is labelled: the surface is a membrane of tissues.skin.thickness_mm, and so thick it is in the image"
+        "no skin is labelled: the outermost tissues.skin.thickness_mm of what is labelled are skin"
     )
 
 
@@ -276,7 +293,9 @@ def _nearest(labels: LabelMap, unknown: np.ndarray) -> LabelMap:
         mask = unknown[around]
         if mask.all():
             continue
-        near = ndimage.distance_transform_edt(mask, sampling=step, return_distances=False, return_indices=True)
+        near = ndimage.distance_transform_edt(
+            mask, sampling=step, return_distances=False, return_indices=True
+        )
         values[around] = labels.values[around][tuple(near)]
     return replace(labels, values=values)
 
@@ -287,7 +306,10 @@ def _said(mask: np.ndarray, labels: LabelMap, what: str) -> str:
     return f"{volume:.{0 if volume >= 10 else 2}f} cm3 {what}" if volume else ""
 
 
-DOUBTED: tuple[Step, ...] = (_require_breast, _require_meant)  # where the codes may be those of something else
+DOUBTED: tuple[Step, ...] = (
+    _require_breast,
+    _require_meant,
+)  # where the codes may be those of something else
 STEPS: tuple[Step, ...] = (
     *(*DOUBTED, _labelled, _require_solid, _one_body, _require_whole, _closed, _chest_wall),
     *(_mixed, _lesions, _skin, _muscle),

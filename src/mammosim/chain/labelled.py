@@ -1,6 +1,6 @@
 """What a label map tells by itself: where the nipples and the chest are, as far as nobody marked them.
 
- Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
+Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
 """
 
 import numpy as np
@@ -38,8 +38,8 @@ def outline_image(labels: LabelMap) -> Image:
 def nipples(labels: LabelMap) -> Fiducials:
     """The nipples of a body that was scanned prone, where its halves reach farthest from the rib cage.
 
-    One, where that is one place, or one half has nothing in front of the ribs. Raises FiducialError where no rib
-    cage is labelled, nothing is in front of it, or a lone breast may be either.
+    One, where that is one place, or one half has nothing in front of the ribs. Raises FiducialError where no
+    rib cage is labelled, nothing is in front of it, or a lone breast may be either.
     """
     thorax = labels.values == Label.THORAX
     if not thorax.any():
@@ -104,7 +104,7 @@ def _midline_mm(points: np.ndarray) -> float:
 
 
 def _medial_mm(points: np.ndarray, fiducials: Fiducials) -> float:
-    """x in the middle of a body with two breasts; of one alone, just inside the edge towards the other side."""
+    """x in the middle of a body with two breasts; of one alone, just inside its edge on the other side."""
     middle, listed = _midline_mm(points), fiducials.of_kind("nipple")
     if len(listed) != 1 or abs(listed[0, 0] - middle) > APART_MM / 2:
         return middle

@@ -46,7 +46,9 @@ def is_preset(codes: str) -> bool:
 def explained(path: str) -> Mapping[int, str]:
     """Code -> tissue of a file. Raises ConfigurationError where there is none, or it is another kind."""
     if not Path(path).is_file():
-        raise ConfigurationError(f"codes {path!r} is no file and no preset; presets are: {', '.join(presets())}")
+        raise ConfigurationError(
+            f"codes {path!r} is no file and no preset; presets are: {', '.join(presets())}"
+        )
     readers: Mapping[str, Callable[[str], Mapping[int, str]]] = {
         ".json": _of_nnunet, ".tsv": _of_table, ".csv": _of_table,
     }  # fmt: skip
@@ -62,7 +64,9 @@ def _of_table(path: str) -> Mapping[int, str]:
     except ValueError:
         raise ConfigurationError(f"{path}: a code is no whole number; write 0, 1, -2") from None
     if wrong := [n for n, row in enumerate(rows, 1) if row["tissue"].lower() not in TISSUES]:
-        raise ConfigurationError(f"{path}: row {wrong[0]} names no tissue; choose among: {', '.join(TISSUES)}")
+        raise ConfigurationError(
+            f"{path}: row {wrong[0]} names no tissue; choose among: {', '.join(TISSUES)}"
+        )
     if len(found) < len(rows):
         raise ConfigurationError(f"{path}: a code stands twice; give each one row")
     return found
@@ -88,7 +92,9 @@ def _of_nnunet(path: str) -> Mapping[int, str]:
         pairs = [(code, name) if _is_whole(code) else (name, code) for code, name in labels.items()]
         return of_names({int(code): str(name) for code, name in pairs})
     except (ValueError, KeyError, TypeError, AttributeError):
-        raise ConfigurationError(f"{path} has no `labels` with a whole number each, as nnU-Net writes") from None
+        raise ConfigurationError(
+            f"{path} has no `labels` with a whole number each, as nnU-Net writes"
+        ) from None
 
 
 def _is_whole(text: str) -> bool:
@@ -96,7 +102,7 @@ def _is_whole(text: str) -> bool:
 
 
 def of_names(names: Mapping[int, str]) -> Mapping[int, str]:
-    """Code -> tissue, '' for a name of none: it is free text, and may be a patient's, so that no message shows it."""
+    """Code -> tissue, '' for a name of none, which no message shows: it is free text, maybe a patient's."""
     return {0: "air", **{code: meaning_of(name) for code, name in names.items()}}
 
 

@@ -1,7 +1,7 @@
 """Label maps as other programs write them, each voxel as a tissue.
 
-A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`, its values whole numbers of any type. `.seg.nrrd` of
-3D Slicer says by name what its segments are, which may overlap. Codes are explained by a preset of
+A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type.
+`.seg.nrrd` of 3D Slicer says by name what its segments are, which may overlap. Codes are explained by a preset of
 `data/label_codes.csv`, by a table of `code` and `tissue`, by a label description file of ITK-SNAP, or by the
 `dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
 """
@@ -38,7 +38,7 @@ GIVE = "give a preset, or a table of code and tissue"
 
 @dataclass(frozen=True)
 class CodedMap:
-    """A label map as a file has it: codes (nz, ny, nx), whole numbers on a grid; names: of codes, where told."""
+    """A label map as a file has it: codes (nz, ny, nx) int32 on a grid; names: of codes, where told."""
 
     grid: Grid
     codes: np.ndarray
@@ -64,7 +64,10 @@ class CodedMap:
 
 
 def read_label_map(path: str | Path) -> CodedMap:
-    """A label map, axes in the order (z, y, x) as of `io.images`. Raises ImageError: no whole numbers, unreadable."""
+    """A label map, its axes as those of `io.images`.
+
+    Raises ImageError: absent, unreadable, DICOM, not one volume, or values that are no whole numbers.
+    """
     if not Path(path).exists():
         raise ImageError(f"no label map {path}; correct the path")
     if Path(path).suffix == ".zip":
@@ -130,7 +133,9 @@ def _unpacked(path: str | Path) -> CodedMap:
         with zipfile.ZipFile(path) as archive, TemporaryDirectory() as folder:
             inside = [name for name in archive.namelist() if name.lower().endswith(ENDINGS)]
             if len(inside) != 1:
-                raise ImageError(f"{path} holds {len(inside)} label maps; give one with exactly one, or unpack it")
+                raise ImageError(
+                    f"{path} holds {len(inside)} label maps; give one with exactly one, or unpack it"
+                )
             archive.extractall(folder)
             found = read_label_map(Path(folder) / inside[0])
     except (zipfile.BadZipFile, OSError, RuntimeError):
@@ -148,7 +153,9 @@ def _coded(volume: sitk.Image, path: str) -> CodedMap:
         names = {code: name for name, _, code in segments}
         return CodedMap(_grid(turned, path), _whole(sitk.GetArrayFromImage(turned), path), path, names)
     if not segments:
-        raise ImageError(f"{path} has {layers} values per voxel and no segments; give a label map of one value")
+        raise ImageError(
+            f"{path} has {layers} values per voxel and no segments; give a label map of one value"
+        )
     turned = [
         sitk.DICOMOrient(sitk.VectorIndexSelectionCast(volume, layer), "LPS") for layer in range(layers)
     ]
@@ -174,7 +181,9 @@ def _grid(volume: sitk.Image, path: str) -> Grid:
     """Where the voxels are. Raises ImageError where that is not finite."""
     numbers = (*volume.GetSpacing(), *volume.GetOrigin(), *volume.GetDirection())
     if not np.isfinite(numbers).all():
-        raise ImageError(f"{path}: spacing, origin and axes must be finite numbers; export the label map again")
+        raise ImageError(
+            f"{path}: spacing, origin and axes must be finite numbers; export the label map again"
+        )
     return grid_of(volume)
 
 
@@ -185,5 +194,7 @@ def _whole(values: np.ndarray, path: str) -> np.ndarray:
     codes: np.ndarray = values.astype(np.int32)
     if not np.array_equal(codes, values):
         low, high = float(values.min()), float(values.max())
-        raise ImageError(f"{path} has values from {low:g} to {high:g} that are no whole numbers: is it an image?")
+        raise ImageError(
+            f"{path} has values from {low:g} to {high:g} that are no whole numbers: is it an image?"
+        )
     return codes

@@ -62,10 +62,11 @@ class ElementSize:
 def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
     """Tetrahedra of the DEFORMABLE voxels, with tissue and boundaries `skin` and `posterior`.
 
-    Of their largest piece, and of one that is at least PIECE times as large: two breasts that nothing joins. Each
-    encloses the volume of its voxels, cavities filled. The shares of its cells are those of the deformable voxels in them. Raises MeshError when there is nothing
-    to mesh, or the mesh is not sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes,
-    and not on where it lies: it is meshed along its own axes.
+    Of their largest piece, and of any that is at least PIECE times as large: two breasts that nothing joins.
+    Each encloses the volume of its voxels, cavities filled. The shares of its cells are those of the
+    deformable voxels in them. Raises MeshError when there is nothing to mesh, or the mesh is not sound. The cells depend
+    on the grid's spacing to LENGTH_MM, as on the sizes, and not on where it lies: it is meshed along its own
+    axes.
     """
     size = ElementSize(*(float(on_lattice(length, LENGTH_MM)) for length in vars(size).values()))
     upright = LabelMap(_upright(labels.grid), labels.values)
@@ -99,7 +100,7 @@ def _meshed(labels: LabelMap, size: ElementSize) -> TetMesh:
 
 
 def thin_volume(labels: LabelMap, size: ElementSize) -> float:
-    """Volume in mm3 of the DEFORMABLE voxels that lie in less than half of the smallest element along some axis."""
+    """Volume in mm3 of the DEFORMABLE voxels whose tissue is thinner along some axis than any element."""
     soft, step = np.isin(labels.values, DEFORMABLE), labels.grid.spacing[::-1]
     thin = np.zeros_like(soft)
     for axis, length in enumerate(step):

@@ -58,7 +58,8 @@ def jacobians(x: np.ndarray, L: np.ndarray) -> np.ndarray:
 def require_sound(mesh: TetMesh) -> None:
     """Raise MeshError when a mesh cannot be computed with, naming how many cells or nodes and which.
 
-    Not finite coordinates, unattached nodes, inverted or flat elements, empty boundaries, pieces that nothing holds.
+    Not finite coordinates, unattached nodes, inverted or flat elements, empty boundaries, several pieces of
+    which nothing holds one.
     """
     _reject(~np.isfinite(mesh.points).all(axis=1), "nodes have coordinates that are not finite")
     _reject(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0, "nodes belong to no cell")
@@ -87,5 +88,6 @@ def _require_held(mesh: TetMesh) -> None:
     if pieces > 1 and len(free):
         sizes = ", ".join(map(str, sorted(np.bincount(number), reverse=True)[:NAMED_CELLS]))
         raise MeshError(
-            f"the mesh falls into {pieces} pieces of {sizes} nodes, of which {len(free)} are not held; keep the largest one only"
+            f"the mesh falls into {pieces} pieces of {sizes} nodes, of which {len(free)} are not held; "
+            "keep the largest one only"
         )

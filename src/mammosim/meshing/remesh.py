@@ -44,8 +44,8 @@ def remeshed(surface: Surface, size: Size) -> Surface:
 def of_volume(surface: Surface, volume_mm3: float, *, most_mm: float) -> Surface:
     """The surface moved along its normals, by the same distance d everywhere, until it encloses a volume V*.
 
-    By Newton's method for V(d) = V*, where dV/dd = sum over triangles of area A . mean of the corners' normals;
-    |d| is at most most_mm.
+    By Newton's method for V(d) = V*, where dV/dd = sum over triangles of area A . mean of their corners'
+    normals; |d| is at most most_mm.
     """
     points, d = surface.points, 0.0
     normal = _vertex_normals(points, surface.triangles)

@@ -46,8 +46,8 @@ def mesh_surface(
 
     size: edge length in mm, a number or a function of points (n, 3) that gives (n,). The surface is first
     given triangles of that size. Where they are too coarse for the shape, so that gmsh cannot fill them,
-    the size is reduced to FINER times and tried again. volume_mm3: what they are to enclose, for which they move
-    by at most most_mm along their normals. The same input gives the same mesh, on any processor:
+    the size is reduced to FINER times and tried again. volume_mm3: what they are to enclose, for which they
+    move by at most most_mm along their normals. The same input gives the same mesh, on any processor:
     the points of the surface and the sizes are rounded to POINT_MM.
     Raises MeshError when the surface cannot be filled.
     """

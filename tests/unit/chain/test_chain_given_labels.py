@@ -20,7 +20,7 @@ A, F, G, S, M, T = (int(label) for label in list(Label)[:6])
 
 
 def breasts() -> CodedMap:
-    """Two half ellipsoids of fat with gland in them on fat, muscle and chest; the back is cut at y = 40 mm."""
+    """Two half ellipsoids of fat with gland in them on fat, muscle and chest; the back is cut at y = 40."""
     grid = grid_around(np.array([-120.0, -72.0, -60.0]), np.array([120.0, 60.0, 60.0]), H)
     x, y, z = np.moveaxis(grid.centres().reshape(*grid.shape, 3), -1, 0)
     r = np.sqrt(((np.abs(x) - 60) / 44) ** 2 + (y / 60) ** 2 + (z / 44) ** 2)
@@ -57,9 +57,9 @@ def test_good_labels_stay_as_they_are():
 
 
 def test_air_behind_the_tissue_is_chest_which_holds_it():
-    """What the map calls air behind the muscle is the chest again, and the chest of the whole map is what it was."""
+    """What the map calls air behind the muscle is the chest again."""
     found = taken(codes_without_chest(breasts()))
-    x, y, z = where(breasts())
+    _x, y, _z = where(breasts())
     assert (found.labels.values[(y > 24)] == T).all()
     assert np.array_equal(found.labels.values[y < 24], breasts().codes[y < 24])
     assert any("cm3 behind the tissue are taken as chest" in note for note in found.notes)
@@ -111,10 +111,12 @@ def test_two_breasts_that_nothing_joins_are_both_meshed():
 
 
 def test_three_pieces_are_rejected():
-    x, y, z = where(breasts())
+    x, y, _z = where(breasts())
     apart = (np.abs(x) < 12) & (y < 24)
     coded = changed((np.abs(np.abs(x) - 60) < 6) & (y < 24), A, changed(apart, A))
-    with pytest.raises(ImageError, match=r"mine\.nii: the tissue falls into 4 pieces of [0-9, ]+ cm3 that do not touch"):
+    with pytest.raises(
+        ImageError, match=r"mine\.nii: the tissue falls into 4 pieces of [0-9, ]+ cm3 that do not touch"
+    ):
         taken(coded)
 
 
@@ -140,7 +142,9 @@ def test_lesions_are_gland_and_what_is_to_be_ignored_is_as_its_neighbour(tmp_pat
     x, y, z = where(breasts())
     ball = (x - 60) ** 2 + (y + 14) ** 2 + z**2 < 64  # inside the gland
     table = tmp_path / "codes.tsv"
-    table.write_text("code\ttissue\n" + "".join(f"{int(label)}\t{label.tissue}\n" for label in Label) + "99\tignore\n")
+    table.write_text(
+        "code\ttissue\n" + "".join(f"{int(label)}\t{label.tissue}\n" for label in Label) + "99\tignore\n"
+    )
     found = taken(changed(ball, int(Label.LESION)))
     assert np.array_equal(found.labels.values, breasts().codes)
     assert f"{np.count_nonzero(ball) * CM3:.2f} cm3 of lesions are taken as gland" in found.notes
@@ -152,7 +156,9 @@ def test_codes_of_something_else_are_doubted_where_the_chest_would_lie_inside_th
     x, y, z = where(breasts())
     ball = (x - 60) ** 2 + (y + 20) ** 2 + z**2 < 100
     lesion = changed(ball, T, codes_without_chest(breasts()))
-    with pytest.raises(ImageError, match=r"thorax lies inside the breast only.*fits preset .*pelicano_recoded"):
+    with pytest.raises(
+        ImageError, match=r"thorax lies inside the breast only.*fits preset .*pelicano_recoded"
+    ):
         taken(lesion)
     assert (taken(lesion, "pelicano_recoded").labels.values[ball] == G).all()
 
@@ -165,20 +171,28 @@ def published(coded: CodedMap) -> CodedMap:
 
 def test_where_fat_and_gland_share_a_code_the_stated_share_of_each_breast_is_gland_in_its_depth():
     found = taken(published(breasts()), "pelicano_simple", 30.0)
-    x, y, z = where(breasts())
+    x, y, _z = where(breasts())
     for half in (x < 0, x > 0):
         breast = half & (y < 0) & np.isin(breasts().codes, (F, G))
         gland = half & (found.labels.values == G)
         assert gland[breast].sum() == gland.sum(), "in what stands out"
-        assert gland.sum() / breast.sum() == pytest.approx(0.3, abs=0.08), "shells of equal depth are not divided"
-    assert any("fat and gland share a code: the innermost 30 % of each breast" in note for note in found.notes)
+        assert gland.sum() / breast.sum() == pytest.approx(0.3, abs=0.08), (
+            "shells of equal depth are not divided"
+        )
+    assert any(
+        "fat and gland share a code: the innermost 30 % of each breast" in note for note in found.notes
+    )
     assert (found.labels.values == M).sum() == (breasts().codes == M).sum()
 
 
 def test_a_breast_around_labelled_gland_is_fat():
     """Segments of a whole breast and of its dense tissue."""
     coded = breasts()
-    segments = [("FGT", coded.codes == G), ("breast", np.isin(coded.codes, (F, G))), ("chest wall", coded.codes == T)]
+    segments = [
+        ("FGT", coded.codes == G),
+        ("breast", np.isin(coded.codes, (F, G))),
+        ("chest wall", coded.codes == T),
+    ]
     found = prepared(CodedMap.of_segments(coded.grid, segments, "mine.seg.nrrd"), SETTINGS)
     soft = np.isin(coded.codes, (F, G))
     assert np.array_equal(found.labels.values[soft], coded.codes[soft])
@@ -186,7 +200,9 @@ def test_a_breast_around_labelled_gland_is_fat():
 
 
 def test_labels_of_no_breast_are_rejected_with_what_they_may_be():
-    with pytest.raises(ImageError, match=r"mine\.nii: labels no voxel as adipose or glandular; .*; if the codes are"):
+    with pytest.raises(
+        ImageError, match=r"mine\.nii: labels no voxel as adipose or glandular; .*; if the codes are"
+    ):
         taken(changed(True, A))
 
 

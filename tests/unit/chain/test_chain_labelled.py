@@ -72,7 +72,9 @@ def test_a_body_with_one_breast_has_one_nipple(labels):
 
 def test_a_lone_breast_in_the_middle_of_the_frame_may_be_either(labels):
     moved = replace(labels.grid, origin=labels.grid.origin - [NIPPLES["left"][0], 0, 0])
-    with pytest.raises(FiducialError, match=r"one breast, and at x = -?\d mm it may be either; list nipple_left or"):
+    with pytest.raises(
+        FiducialError, match=r"one breast, and at x = -?\d mm it may be either; list nipple_left or"
+    ):
         nipples(replace(lone(labels, "left"), grid=moved))
 
 
@@ -156,7 +158,9 @@ def test_given_labels_are_the_labels_of_the_chain_and_nipples_follow(labels, tmp
 def test_a_file_of_other_labels_is_rejected_by_its_name(labels, tmp_path):
     path = str(tmp_path / "labels.nii.gz")
     write_labels(LabelMap(labels.grid, np.where(labels.values == 5, np.uint8(50), labels.values)), path)
-    with pytest.raises(ImageError, match=r"labels\.nii\.gz: mammosim has no tissue for code 50 of 0, 1, 4, 50"):
+    with pytest.raises(
+        ImageError, match=r"labels\.nii\.gz: mammosim has no tissue for code 50 of 0, 1, 4, 50"
+    ):
         chain_of_labels(path)["labels"]
     table = tmp_path / "codes.tsv"
     names = {0: "air", 1: "adipose", 4: "muscle", 50: "thorax"}

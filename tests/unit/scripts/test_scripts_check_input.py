@@ -47,11 +47,10 @@ def check(script, monkeypatch, tmp_path):
 
 
 def test_the_row_is_of_the_image_where_one_is_given_beside_labels(check):
-    assert check({"labels": "l.nii.gz", "images": "i.nii.gz"}) == [
-        JOB | {"brightest": 7.0} | SAID
-    ]
-    assert check({"labels": "l.nii.gz"}) == [JOB | {"brightest": 1000.0} | SAID], "of the outline of her labels"
-
+    assert check({"labels": "l.nii.gz", "images": "i.nii.gz"}) == [JOB | {"brightest": 7.0} | SAID]
+    assert check({"labels": "l.nii.gz"}) == [JOB | {"brightest": 1000.0} | SAID], (
+        "of the outline of her labels"
+    )
 
 
 def test_labels_and_image_are_both_judged_by_her_position_and_a_series_by_its_tag(check, tmp_path):
