@@ -1,9 +1,9 @@
 """Label maps as other programs write them, each voxel as a tissue.
 
 A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type.
-`.seg.nrrd` of 3D Slicer says by name what its segments are, which may overlap. Codes are explained by a preset of
-`data/label_codes.csv`, by a table of `code` and `tissue`, by a label description file of ITK-SNAP, or by the
-`dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
+`.seg.nrrd` of 3D Slicer says by name what its segments are, which may overlap. Codes are explained by a
+preset of `data/label_codes.csv`, by a table of `code` and `tissue`, by a label description file of ITK-
+SNAP, or by the `dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
 """
 
 import zipfile

@@ -62,11 +62,11 @@ class ElementSize:
 def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
     """Tetrahedra of the DEFORMABLE voxels, with tissue and boundaries `skin` and `posterior`.
 
-    Of their largest piece, and of any that is at least PIECE times as large: two breasts that nothing joins.
-    Each encloses the volume of its voxels, cavities filled. The shares of its cells are those of the
-    deformable voxels in them. Raises MeshError when there is nothing to mesh, or the mesh is not sound. The cells depend
-    on the grid's spacing to LENGTH_MM, as on the sizes, and not on where it lies: it is meshed along its own
-    axes.
+    Of their largest piece, and of any that is at least PIECE times as large: two breasts that nothing
+    joins. Each encloses the volume of its voxels, cavities filled. The shares of its cells are those of
+    the deformable voxels in them. Raises MeshError when there is nothing to mesh, or the mesh is not
+    sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes, and not on where it lies:
+    it is meshed along its own axes.
     """
     size = ElementSize(*(float(on_lattice(length, LENGTH_MM)) for length in vars(size).values()))
     upright = LabelMap(_upright(labels.grid), labels.values)
