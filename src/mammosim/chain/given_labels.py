@@ -303,7 +303,7 @@ def _nearest(labels: LabelMap, unknown: np.ndarray) -> LabelMap:
 def _said(mask: np.ndarray, labels: LabelMap, what: str) -> str:
     """'12 cm3 ...', nothing where the mask is empty."""
     volume = np.count_nonzero(mask) * labels.grid.voxel_volume / MM3_PER_CM3
-    return f"{volume:.{0 if volume >= 10 else 2}f} cm3 {what}" if volume else ""
+    return f"{volume:{'.0f' if volume >= 10 else '.2g'}} cm3 {what}" if volume else ""
 
 
 DOUBTED: tuple[Step, ...] = (

@@ -96,8 +96,8 @@ def test_holes_are_filled_and_strays_dropped_with_their_volumes():
     codes[2, 2, 2] = codes[2, 2, -3] = F
     found = taken(replace(coded, codes=codes))
     assert np.array_equal(found.labels.values, coded.codes)
-    assert f"{3 * CM3:.2f} cm3 in 1 holes are filled with the nearest tissue" in found.notes
-    assert f"{2 * CM3:.2f} cm3 in 2 stray pieces of tissue are dropped" in found.notes
+    assert f"{3 * CM3:.2g} cm3 in 1 holes are filled with the nearest tissue" in found.notes
+    assert f"{2 * CM3:.2g} cm3 in 2 stray pieces of tissue are dropped" in found.notes
 
 
 def test_two_breasts_that_nothing_joins_are_both_meshed():
@@ -147,7 +147,7 @@ def test_lesions_are_gland_and_what_is_to_be_ignored_is_as_its_neighbour(tmp_pat
     )
     found = taken(changed(ball, int(Label.LESION)))
     assert np.array_equal(found.labels.values, breasts().codes)
-    assert f"{np.count_nonzero(ball) * CM3:.2f} cm3 of lesions are taken as gland" in found.notes
+    assert f"{np.count_nonzero(ball) * CM3:.2g} cm3 of lesions are taken as gland" in found.notes
     assert np.array_equal(taken(changed(ball, 99), str(table)).labels.values, breasts().codes)
 
 

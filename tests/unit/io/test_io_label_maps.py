@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ import SimpleITK as sitk
 from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid
-from mammosim.io.label_codes import BREAST, IGNORE, meaning_of, presets
+from mammosim.io.label_codes import BREAST, IGNORE, fits, meaning_of, presets
 from mammosim.io.label_maps import CodedMap, read_label_map, tissue_map
 
+DATA = Path(__file__).parents[3].parent / "shared/data"
 SHAPE = (3, 4, 5)
 GRID = Grid(SHAPE, np.array([1.0, 2.0, 3.0]), np.array([-7.0, 5.0, 11.0]))
 
@@ -71,6 +73,20 @@ def test_an_archive_holds_one_map(tmp_path):
     (tmp_path / "no.zip").write_bytes(b"no archive")
     with pytest.raises(ImageError, match=r"no\.zip is damaged"):
         read_label_map(tmp_path / "no.zip")
+
+
+@pytest.mark.data
+def test_a_published_map_comes_straight_out_of_its_archive():
+    """Signed codes, axes right, superior, anterior; its first voxel in LPS, and a breast of many litres."""
+    path = DATA / "pelicano_exam10_label_map_simple.zip"
+    if not path.exists():
+        pytest.skip(f"the label map {path.name} is not beside the checkout (shared/data)")
+    found = read_label_map(path)
+    assert found.found == (-3, -2, -1, 0, 1)
+    assert np.allclose(found.grid.direction, np.eye(3))
+    assert fits(found.found).startswith("fits preset pelicano_simple")
+    breast = tissue_map(found, "pelicano_simple").values == BREAST
+    assert breast.sum() * found.grid.voxel_volume == pytest.approx(4.655e6, rel=1e-3)
 
 
 def test_what_is_no_label_map_is_named(tmp_path):
