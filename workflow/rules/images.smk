@@ -145,6 +145,6 @@ rule take_labels:
     benchmark:
         "results/benchmarks/take_labels/{v}_{p}.tsv"
     resources:
-        mem_mb=1000,
+        mem_mb=2000,
     script:
         "../scripts/stage.py"
