@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 from scipy import ndimage
 
+from mammosim.chain.label_geometry import among, filled_in, is_outside, overhanging, touching
 from mammosim.core.errors import ImageError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.settings import Limits
@@ -28,8 +29,6 @@ PIECE, PIECES = 0.05, 2
 LONELY = 0.1
 # ASSUME: less than 50 mm2 of tissue on the front border is noise, as in an image.
 CUT_MM2 = 50.0
-# ASSUME: where a hanging breast is wider than its base, its back lies 10 mm in front of what is 15 mm beside.
-OVERHANG_MM, WITHIN_MM = 10.0, 15.0
 # ASSUME: skin within 10 mm of the midline is the breastbone's; a breast is what stands out in front of it.
 MIDLINE_MM = 10.0
 # ASSUME: where that is less than a tenth of the tissue, it holds one breast, and all of it is breast.
@@ -77,7 +76,7 @@ def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
 
 
 def _require_breast(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
-    if not _is(labels.values, FATTY).any():
+    if not among(labels.values, FATTY).any():
         raise ImageError("labels no voxel as adipose or glandular; give the labels of a breast")
     return labels, ""
 
@@ -85,13 +84,13 @@ def _require_breast(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap
 def _require_whole(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     """Nothing touches the front border; a single breast may be cut at the midline, where it is held."""
     dx, _, dz = labels.grid.spacing
-    cut = np.count_nonzero(_is(labels.values[:, 0], SOFT)) * dx * dz
+    cut = np.count_nonzero(among(labels.values[:, 0], SOFT)) * dx * dz
     if cut > CUT_MM2:
         raise ImageError(
             f"the breast is cut off at the front border, where {cut:.0f} mm2 of tissue touch it; "
             "give a map of the whole breast"
         )
-    rows = np.flatnonzero(_is(labels.values, SOFT).any(axis=(0, 2)))
+    rows = np.flatnonzero(among(labels.values, SOFT).any(axis=(0, 2)))
     near = rows[0] == 1
     return (
         labels,
@@ -100,7 +99,7 @@ def _require_whole(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap,
 
 
 def _require_solid(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
-    soft = _is(labels.values, SOFT)
+    soft = among(labels.values, SOFT)
     near = np.zeros_like(soft)
     for axis in range(3):
         ahead, behind = (
@@ -121,34 +120,15 @@ def _require_meant(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap,
     """The rib cage is not inside the breast, and no marker is: then these are codes of something else."""
     for label in (Label.THORAX, Label.MARKER):
         mask = labels.values == label
-        if mask.any() and not _outside(mask, labels.values == Label.AIR):
+        if mask.any() and not is_outside(mask, labels.values == Label.AIR):
             raise ImageError(f"{label.tissue} lies inside the breast only, where none is")
     return labels, ""
-
-
-def _outside(mask: np.ndarray, air: np.ndarray) -> bool:
-    """Whether half of a mask, or more, is in pieces that touch the air around the body, or the border."""
-    volumes, _ = ndimage.label(air)
-    size = np.bincount(volumes.ravel())
-    around = volumes == 1 + np.argmax(size[1:]) if len(size) > 1 else air
-    for axis in range(3):
-        np.moveaxis(around, axis, 0)[[0, -1]] = True
-    pieces, _ = ndimage.label(mask)
-    return bool(2 * np.count_nonzero(_touching(pieces, around)) >= np.count_nonzero(mask))
-
-
-def _is(values: np.ndarray, labels: tuple[int, ...]) -> np.ndarray:
-    """Where values (nz, ny, nx) uint8 are among these labels."""
-    among = np.zeros(256, bool)
-    among[list(labels)] = True
-    found: np.ndarray = among[values]
-    return found
 
 
 def _labelled(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     """What nobody labelled becomes as its nearest neighbour is."""
     unknown = labels.values == IGNORE
-    return _nearest(labels, unknown), _said(unknown, labels, "that are to be ignored take the nearest label")
+    return filled_in(labels, unknown), _said(unknown, labels, "that are to be ignored take the nearest label")
 
 
 def _lesions(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
@@ -160,7 +140,7 @@ def _lesions(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
 
 def _one_body(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     """Without strays; two breasts that nothing joins are both kept."""
-    pieces, _ = ndimage.label(_is(labels.values, SOFT))
+    pieces, _ = ndimage.label(among(labels.values, SOFT))
     size = np.bincount(pieces.ravel())
     size[0] = 0
     kept = np.flatnonzero(size > PIECE * size.max())
@@ -179,29 +159,20 @@ def _one_body(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]
         apart = f"a piece of {least:.0f} cm3 is not connected to the rest, and is held by itself"
         note = "; ".join(filter(None, [note, apart]))
     outside = np.where(
-        _touching(pieces, labels.values == Label.AIR), np.uint8(Label.AIR), np.uint8(Label.THORAX)
+        touching(pieces, labels.values == Label.AIR), np.uint8(Label.AIR), np.uint8(Label.THORAX)
     )
     return replace(labels, values=np.where(stray, outside, labels.values)), note
 
 
-def _touching(pieces: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Which voxels (nz, ny, nx) are of a numbered piece that touches the mask."""
-    touched = np.zeros(pieces.max() + 1, bool)
-    touched[pieces[ndimage.binary_dilation(mask)]] = True
-    touched[0] = False
-    found: np.ndarray = touched[pieces]
-    return found
-
-
 def _closed(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     """Holes that tissue encloses take the nearest tissue."""
-    pieces, n = ndimage.label(~_is(labels.values, SOFT))
+    pieces, n = ndimage.label(~among(labels.values, SOFT))
     border = np.unique(
         np.concatenate([pieces.take(end, axis).ravel() for axis in range(3) for end in (0, -1)])
     )
     hole = (pieces > 0) & ~np.isin(pieces, border)
     n -= np.count_nonzero(border)
-    return _nearest(labels, hole), _said(hole, labels, f"in {n} holes are filled with the nearest tissue")
+    return filled_in(labels, hole), _said(hole, labels, f"in {n} holes are filled with the nearest tissue")
 
 
 def _chest_wall(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
@@ -211,26 +182,15 @@ def _chest_wall(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, st
     """
     values = labels.values
     index = np.arange(values.shape[1], dtype=np.int16)[None, :, None]
-    solid = np.where(_is(values, OPEN), np.int16(-1), index)
+    solid = np.where(among(values, OPEN), np.int16(-1), index)
     ahead = np.maximum.accumulate(solid, axis=1)
-    last = np.where(_is(values, SOFT), index, np.int16(-1)).max(axis=1)
+    last = np.where(among(values, SOFT), index, np.int16(-1)).max(axis=1)
     front = np.take_along_axis(values, np.maximum(ahead, 0), axis=1)
-    behind_all = (index > last[:, None]) & ~_overhanging(last, labels)[:, None]
-    held = (front == Label.MUSCLE) | (behind_all & _is(front, FATTY))
+    behind_all = (index > last[:, None]) & ~overhanging(last, labels)[:, None]
+    held = (front == Label.MUSCLE) | (behind_all & among(front, FATTY))
     chest = (values == Label.AIR) & (ahead >= 0) & held
     note = _said(chest, labels, "behind the tissue are taken as chest, which holds it")
     return replace(labels, values=np.where(chest, np.uint8(Label.THORAX), values)), note
-
-
-def _overhanging(last: np.ndarray, labels: LabelMap) -> np.ndarray:
-    """Columns (nz, nx) at the rim of the tissue that end in front of those near them; last: row, or -1."""
-    dx, dy, dz = labels.grid.spacing
-    size = tuple(2 * int(np.ceil(WITHIN_MM / step)) + 1 for step in (dz, dx))
-    y = last * dy
-    deepest = ndimage.maximum_filter(np.where(last < 0, -np.inf, y), size)
-    base = ndimage.minimum_filter(np.where(last < 0, np.inf, deepest), size)
-    pieces, _ = ndimage.label((last >= 0) & (base - y > OVERHANG_MM))
-    return _touching(pieces, last < 0)
 
 
 def _mixed(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
@@ -282,22 +242,6 @@ def _skin(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
 def _muscle(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     absent = not (labels.values == Label.MUSCLE).any()
     return labels, "no muscle is labelled: the chest holds what lies on it" if absent else ""
-
-
-def _nearest(labels: LabelMap, unknown: np.ndarray) -> LabelMap:
-    """With these voxels (nz, ny, nx) as the nearest other one is, which touches their piece."""
-    pieces, _ = ndimage.label(unknown)
-    values, step = labels.values.copy(), labels.grid.spacing[::-1]
-    for box in ndimage.find_objects(pieces):
-        around = tuple(slice(max(0, s.start - 1), s.stop + 1) for s in box)
-        mask = unknown[around]
-        if mask.all():
-            continue
-        near = ndimage.distance_transform_edt(
-            mask, sampling=step, return_distances=False, return_indices=True
-        )
-        values[around] = labels.values[around][tuple(near)]
-    return replace(labels, values=values)
 
 
 def _said(mask: np.ndarray, labels: LabelMap, what: str) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mammosim.chain.given_labels import LabelSettings, Prepared, prepared
+from mammosim.chain.label_geometry import filled_in
 from mammosim.core.errors import ImageError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.volume import LabelMap, grid_around
@@ -98,6 +99,17 @@ def test_holes_are_filled_and_strays_dropped_with_their_volumes():
     assert np.array_equal(found.labels.values, coded.codes)
     assert f"{3 * CM3:.2g} cm3 in 1 holes are filled with the nearest tissue" in found.notes
     assert f"{2 * CM3:.2g} cm3 in 2 stray pieces of tissue are dropped" in found.notes
+
+
+def test_pieces_beside_each_other_take_their_own_neighbours():
+    """A long hole whose box holds a small one: each voxel becomes as its nearest neighbour."""
+    grid = grid_around(np.zeros(3), np.array([9.0, 9.0, 1.0]), 1.0)
+    values = np.full(grid.shape, F, np.uint8)
+    values[0, :, 5:] = G
+    unknown = np.zeros(grid.shape, bool)
+    unknown[0, 1:8, 1] = unknown[0, 7, 1:8] = unknown[0, 2:4, 7] = True
+    found = filled_in(LabelMap(grid, np.where(unknown, np.uint8(0), values)), unknown).values
+    assert np.array_equal(found, values)
 
 
 def test_two_breasts_that_nothing_joins_are_both_meshed():
