@@ -166,7 +166,7 @@ def test_labels_that_nobody_knows_end_the_run_at_once(own):
     result = ada.ask("--", MAMMOGRAM)
     assert result.returncode != 0
     last = "\n".join(result.stdout.splitlines()[-20:])
-    assert "check_input ada prone: ImageError: data/others.nii.gz: unknown labels 50" in last
+    assert "check_input ada prone: ImageError: data/others.nii.gz: mammosim has no tissue for code 50" in last
     assert not (ada.study.run / "results/segmentation").exists()
 
 

@@ -19,6 +19,12 @@ def places(wildcards):
     return found | {"strokes": given.strokes, "listed": given.fiducials, "given_labels": given.labels}
 
 
+def label_settings(wildcards):
+    """How a label map is read, and what explains its codes."""
+    codes = VOLUNTEERS[wildcards["v"], places(wildcards)["p"]].codes if "v" in wildcards else ""
+    return config["labels"] | {"codes": codes}
+
+
 def load_of(wildcards):
     """How the breast of a job is loaded: the position, or the strategy that presses it."""
     load = {"position": wildcards["position"]} if "position" in wildcards else {}
@@ -39,6 +45,7 @@ def moduli_table(name):
 def settings_of(wildcards):
     """Everything that the stages of the study may read in a job."""
     found = {name: config[name] for name in OF_CHAIN} | {"tissues": TISSUES, "load": load_of(wildcards)}
+    found |= {"labels": label_settings(wildcards)}
     return overridden(found, {"mechanics": {"stress_free": {"default": places(wildcards)["method"]}}})
 
 

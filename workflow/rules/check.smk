@@ -17,6 +17,7 @@ rule check_page:
                 "registered": not data_of(wildcards.v).apart,
                 "sides": config["compression"]["sides"],
             },
+            "element_mm": config["mesh"]["element_mm"],
             "waits": not all(each["there"] for each in given_rows(wildcards.v)),
             "modelled": modelled_in(wildcards.v),
             "stated": wildcards.v in COMPRESSION["thickness_mm"],

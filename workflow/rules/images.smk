@@ -6,6 +6,7 @@ rule check_input:
     input:
         images=lambda wildcards: row(wildcards).images or [],
         labels=lambda wildcards: row(wildcards).labels or [],
+        codes=codes_file,
         listed=lambda wildcards: row(wildcards).fiducials or [],
         strokes=lambda wildcards: row(wildcards).strokes or [],
     output:
@@ -16,6 +17,8 @@ rule check_input:
         registered=lambda wildcards: not data_of(wildcards.v).apart,
         how=lambda wildcards: series_of(row(wildcards)),
         sides=config["compression"]["sides"],
+        labels=lambda wildcards: config["labels"] | {"codes": row(wildcards).codes},
+        element_mm=config["mesh"]["element_mm"],
         library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",
@@ -131,6 +134,7 @@ rule take_labels:
     """Tissue labels of one position that a person gave, in the place of a segmentation."""
     input:
         unpack(reads("labels")),
+        codes=codes_file,
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
     output:
@@ -145,7 +149,7 @@ rule take_labels:
     benchmark:
         "results/benchmarks/take_labels/{v}_{p}.tsv"
     resources:
-        mem_mb=1000,
+        mem_mb=2000,
     script:
         "../scripts/stage.py"
 

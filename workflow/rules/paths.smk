@@ -104,6 +104,7 @@ def given_rows(volunteer):
             "files": {kind: path for kind, path in given_files(row).items() if path},
             "gravity": row.gravity,
             "how": series_of(row),
+            "codes": config["labels"] | {"codes": row.codes},
         }
         for p, row in rows.items()
     ]

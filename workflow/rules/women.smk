@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 from mammosim.chain import allowed
 from mammosim.core.positions import GRAVITY
+from mammosim.io.label_codes import is_preset
 
 
 def tissue_table(name):
@@ -96,7 +97,7 @@ def segmented(volunteer):
 
 
 HER_DATA = (allowed.IMAGES, allowed.LABELS, allowed.STROKES, allowed.FIDUCIALS)
-COLUMNS = ("volunteer", "position", *HER_DATA, "gravity", "series", "gaps")
+COLUMNS = ("volunteer", "position", *HER_DATA, "codes", "gravity", "series", "gaps")
 RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]
@@ -146,6 +147,12 @@ def over(template, women=WOMEN, **values):
 def row(wildcards):
     """The line of the volunteer table."""
     return VOLUNTEERS[wildcards.v, wildcards.p]
+
+
+def codes_file(wildcards):
+    """The file that explains the codes of her labels; none where a preset does, or nothing has to."""
+    codes = row(wildcards).codes
+    return [] if is_preset(codes) or not codes else codes
 
 
 def gravity(volunteer, position):

@@ -1,7 +1,7 @@
 """Reject images, labels, a fiducial list or strokes that cannot be used, before anything long runs."""
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -9,31 +9,58 @@ import _log
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.labelled import chest_limits, nipples, outline_image, usable_labels
+from mammosim.chain.given_labels import LabelSettings, prepared
+from mammosim.chain.labelled import chest_limits, nipples, outline_image
+from mammosim.chain.meshed import ElementEdges
 from mammosim.core.errors import FiducialError, ImageError, MammosimError, SegmentationError
 from mammosim.core.fiducials import Fiducials
+from mammosim.core.settings import read
+from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.markers import chest_markers, require_four
 from mammosim.imaging.plausible_points import require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
 from mammosim.imaging.quality import image_quality, require_usable
 from mammosim.io.fiducials import read_fiducials
-from mammosim.io.images import read_labels
+from mammosim.io.label_maps import CodedMap, read_label_map
 from mammosim.io.scans import read_scan
 from mammosim.io.strokes import read_strokes
 from mammosim.io.tables import write_table
+from mammosim.meshing.body import thin_volume
+
+LEAST_THIN_CM3 = 1.0
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of the data of a position, and how they are read.
+
+    found: chest markers are looked for in the image; registered: positions are brought together by them;
+    sides: whose nipples are needed; how: which series it is, and what of uneven gaps; taken: makes tissues
+    of codes, and says what was mended.
+    """
+
+    found: bool
+    registered: bool
+    sides: list[str]
+    how: Mapping[str, str]
+    taken: Callable[[CodedMap], tuple[LabelMap, list[str]]]
 
 
 @dataclass
 class Seen:
     """What is given of a position, as far as it can be read, and every reason for which it cannot be used.
 
-    images: by 'labels' and 'images', the outline of the labels and the image.
+    images: by 'labels' and 'images', the outline of the labels and the image; codes: the labels as they are
+    stored. notes: what was mended, or left
+    out, of what is given.
     """
 
     images: dict[str, Image] = field(default_factory=dict)
+    codes: Image | None = None
     labels: LabelMap | None = None
     listed: Fiducials | None = None
+    notes: list[str] = field(default_factory=list)
     faults: list[MammosimError] = field(default_factory=list)
 
     @contextmanager
@@ -50,57 +77,58 @@ class Seen:
         return self.images.get("images", self.images.get("labels"))
 
 
-def main(
-    files: dict[str, str],
-    job: dict,
-    gravity: np.ndarray,
-    *,
-    found: bool,
-    registered: bool,
-    sides: list[str],
-    how: Mapping[str, str],
-    out: str,
-) -> None:
-    about = {"found": found, "registered": registered, "sides": sides}
-    seen = look(files, job["position"], gravity, how=how, **about)
+def main(files: dict[str, str], job: dict, gravity: np.ndarray, asked: Asked, out: str) -> None:
+    seen = look(files, job["position"], gravity, asked)
     if seen.faults:
         raise type(seen.faults[0])("\n".join(map(str, seen.faults)))
-    write_table(pd.DataFrame([job | image_quality(seen.image, position=job["position"])]), out)
+    quality = image_quality(seen.image, position=job["position"]) | {"notes": "; ".join(seen.notes)}
+    write_table(pd.DataFrame([job | quality]), out)
 
 
-def look(
-    files: dict[str, str],
-    position: str,
-    gravity: np.ndarray,
-    *,
-    how: Mapping[str, str],
-    found: bool,
-    registered: bool,
-    sides: list[str],
-) -> Seen:
-    """All that is given of a position, each part judged by itself. how: which series, and what of uneven gaps."""
+def look(files: dict[str, str], position: str, gravity: np.ndarray, asked: Asked) -> Seen:
+    """All that is given of a position, each part judged by itself."""
     seen = Seen()
     if "labels" in files:
         with seen.judged():
-            seen.labels = read_labels(files["labels"])
-            seen.images["labels"] = outline_image(usable_labels(seen.labels, files["labels"]))
+            coded = read_label_map(files["labels"])
+            seen.codes = Image(coded.grid, coded.codes.astype(np.float32))
+            seen.labels, notes = asked.taken(coded)
+            seen.notes += notes
+            seen.images["labels"] = outline_image(seen.labels)
             usable(seen.images["labels"], files["labels"], position, gravity, None)
             if "listed" not in files and position == "prone":
-                seen.listed = found_points(seen.labels, files["labels"])
+                seen.listed = found_points(seen.labels, files["labels"], asked.sides)
     if "images" in files:
         with seen.judged():
-            seen.images["images"], tag = imaged(files["images"], how)
-            usable(seen.images["images"], files["images"], position, gravity, tag)
+            scan = read_scan(files["images"], **asked.how)
+            seen.notes += scan.notes
+            seen.images["images"] = scan.image
+            usable(scan.image, files["images"], position, gravity, scan.patient_position)
     if "listed" in files:
         with seen.judged():
             seen.listed = read_fiducials(files["listed"])
             if seen.image is not None:
-                about = {"found": found, "registered": registered, "sides": sides}
-                check_list(files["listed"], seen.listed, seen.image, **about)
+                check_list(files["listed"], seen.listed, seen.image, asked)
     if "strokes" in files and "labels" not in files:  # given labels stand in the place of a segmentation
         with seen.judged():
             check_strokes(files["strokes"], seen.image)
+    for note in seen.notes:
+        logging.info(
+            "%s: %s", " and ".join(files[kind] for kind in ("labels", "images") if kind in files), note
+        )
     return seen
+
+
+def taken_by(settings: dict, element_mm: dict) -> Callable[[CodedMap], tuple[LabelMap, list[str]]]:
+    """What makes tissues of codes, and says what was mended."""
+
+    def taken(coded: CodedMap) -> tuple[LabelMap, list[str]]:
+        found = prepared(coded, read(LabelSettings, settings, "labels"))
+        thin = thin_volume(found.labels, read(ElementEdges, element_mm, "mesh.element_mm").size) / MM3_PER_CM3
+        more = [f"{thin:.0f} cm3 are thinner than half an element"] if thin >= LEAST_THIN_CM3 else []
+        return found.labels, [*found.notes, *more]
+
+    return taken
 
 
 def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str | None) -> None:
@@ -111,43 +139,40 @@ def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str
         raise ImageError(f"{path}: {error}") from None
 
 
-def found_points(labels: LabelMap, path: str) -> Fiducials:
-    """The nipples as later stages find them. Raises FiducialError where they, or the chest, are not found."""
+def found_points(labels: LabelMap, path: str, sides: list[str]) -> Fiducials:
+    """The nipples as later stages find them. Raises FiducialError where one of them, or the chest, is not found."""
     try:
         found = nipples(labels)
         chest_limits(labels, found)
     except FiducialError as error:
         raise FiducialError(f"{path}: {error}") from None
+    there = [side for side in sides if f"nipple_{side}" in found.names]
+    if there != list(sides):
+        only = " and ".join(name.removeprefix("nipple_") for name in found.names)
+        raise FiducialError(
+            f"{path} holds the {only} breast alone, and {' and '.join(sides)} are asked for; set "
+            f"compression.sides: [{only}], or label both breasts"
+        )
     return found
 
 
-def imaged(path: str, how: Mapping[str, str]) -> tuple[Image, str | None]:
-    """An image, and the PatientPosition tag of a series."""
-    scan = read_scan(path, **how)
-    for note in scan.notes:
-        logging.info("%s: %s", path, note)
-    return scan.image, scan.patient_position
-
-
-def check_list(
-    path: str, listed: Fiducials, image: Image, *, found: bool, registered: bool, sides: list[str]
-) -> None:
+def check_list(path: str, listed: Fiducials, image: Image, asked: Asked) -> None:
     """Raise FiducialError for points that cannot be meant in the image, and for names that are needed.
 
     Those are the nipples of the sides, and four chest markers where positions are brought together by them.
     """
     try:
-        listed.require(f"nipple_{side}" for side in sides)
+        listed.require(f"nipple_{side}" for side in asked.sides)
         require_plausible(listed, image)
-        if registered:
-            listed = chest_markers(image, listed) if found else listed
+        if asked.registered:
+            listed = chest_markers(image, listed) if asked.found else listed
             require_four(listed.of_kind("chest"))
     except FiducialError as error:
         raise FiducialError(f"{path} with its image: {error}") from None
 
 
 def check_strokes(path: str, image: Image | None) -> None:
-    """Raise SegmentationError for strokes that cannot be read, or cannot be meant in the image, if there is one."""
+    """Raise SegmentationError for strokes that cannot be read, or cannot be meant in the image."""
     strokes = read_strokes(path)
     try:
         if image is not None:
@@ -159,12 +184,15 @@ def check_strokes(path: str, image: Image | None) -> None:
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     main(
-        {name: path for name, path in snakemake.input.items() if path},
+        {name: path for name, path in snakemake.input.items() if path and name != "codes"},
         {"volunteer": snakemake.wildcards.v, "position": snakemake.wildcards.p},
         np.array(snakemake.params.gravity.split(), float),
-        found=snakemake.params.chest_markers == "found",
-        registered=snakemake.params.registered,
-        how=snakemake.params.how,
-        sides=snakemake.params.sides,
+        Asked(
+            found=snakemake.params.chest_markers == "found",
+            registered=snakemake.params.registered,
+            sides=snakemake.params.sides,
+            how=snakemake.params.how,
+            taken=taken_by(snakemake.params.labels, snakemake.params.element_mm),
+        ),
         out=snakemake.output[0],
     )

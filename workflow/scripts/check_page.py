@@ -10,7 +10,6 @@ import numpy as np
 from mammosim.chain.thickness import depth_in, of_depth
 from mammosim.core.errors import MammosimError
 from mammosim.core.positions import gravity_vector
-from mammosim.core.volume import Image
 from mammosim.figures.understood import one_slice, understood
 from mammosim.imaging.quality import image_quality
 from mammosim.io.any_slice import any_slice
@@ -39,7 +38,9 @@ def look(row: dict, told: dict) -> check_input.Seen:
     """All that is given of a position; a fault of the program is one of its faults, too."""
     try:
         gravity = gravity_vector(row["gravity"])
-        return check_input.look(row["files"], row["position"], gravity, how=row["how"], **told["asked"])
+        taken = check_input.taken_by(row["codes"], told["element_mm"])
+        asked = check_input.Asked(**told["asked"], how=row["how"], taken=taken)
+        return check_input.look(row["files"], row["position"], gravity, asked)
     except Exception as error:
         return check_input.Seen(faults=[fault_of_the_program(error)])
 
@@ -85,8 +86,8 @@ def pictures_of(volunteer: str, row: dict, seen: check_input.Seen) -> tuple[Pict
     """What can be drawn of a position: planes of its image or its labels, else one slice as it is stored."""
     name = f"{volunteer}, {row['position'].replace('_', ' ')}"
     image, labels = seen.image, seen.labels
-    if image is None and labels is not None:  # of codes that nobody knows
-        image, labels = Image(labels.grid, labels.values.astype(np.float32)), None
+    if image is None:
+        image = seen.codes  # that nobody knows
     if image is None:
         values = any_slice(row["files"].get("images", ""))
         stored = f"{name}: one slice as it is stored; the series makes no volume"

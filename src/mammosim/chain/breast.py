@@ -8,6 +8,9 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import LabelMap
 
+# ASSUME: the frame of a scan begins at the midline, to 30 mm; that of a label map may begin anywhere.
+OFF_MM = 30.0
+
 
 @dataclass(frozen=True)
 class Breast:
@@ -26,3 +29,12 @@ class Breast:
     def nipple(self) -> np.ndarray:
         """Where its nipple was measured (3,) mm, scanner frame."""
         return self.fiducials.point(f"nipple_{self.side}")
+
+    @property
+    def midline_mm(self) -> float:
+        """x of the midline in the common frame; infinite where nothing is beyond it, as of a lone breast."""
+        x = self.to_reference(self.fiducials.of_kind("nipple"))[:, 0]
+        if len(x) == 2:
+            return float(x.mean()) if abs(x.mean()) > OFF_MM else 0.0
+        outward = 1.0 if self.side == "left" else -1.0
+        return 0.0 if len(x) == 0 or outward * x[0] > OFF_MM else -outward * np.inf

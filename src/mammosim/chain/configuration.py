@@ -15,6 +15,7 @@ from mammosim.chain.advice import Place, advice, number_of, shown
 from mammosim.chain.relations import Relation, unmet
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY, gravity_vector
+from mammosim.io.label_codes import is_preset, presets
 
 # Angle between the stated gravity and +y (posterior), degrees: what each position can mean.
 ANGLE_TO_POSTERIOR_DEG = {
@@ -153,7 +154,10 @@ def _related(one: Place, other: Place) -> bool:
 
 Row = Mapping[str, str]
 # Columns of the table of volunteers, and those without which no row can be meant.
-COLUMNS = ("volunteer", "position", "images", "labels", "strokes", "fiducials", "gravity", "series", "gaps")
+COLUMNS = (
+    *("volunteer", "position", "images", "labels", "codes", "strokes", "fiducials", "gravity"),
+    *("series", "gaps"),
+)
 NEEDED = ("volunteer", "position", "gravity")
 LIKE = 0.65  # a name that is as near as this to a column's is a slip of it
 GAPS = ("", "resample")  # what may be done to the gaps of unevenly spaced slices
@@ -251,9 +255,15 @@ def _check_series(row: Row, file: str) -> None:
 
 def _check_paths(row: Row, file: str, there: Callable[[str], bool]) -> None:
     """Raise ConfigurationError where a path is not there, or the workflow would read it otherwise."""
-    for kind in ("images", "labels", "strokes", "fiducials"):
+    for kind in ("images", "labels", "codes", "strokes", "fiducials"):
         path = row.get(kind) or ""
-        if path.startswith("~"):
+        if kind == "codes" and path and not row.get("labels"):
+            wrong = "codes explain labels; give labels, or leave codes out"
+        elif kind == "codes" and is_preset(path):
+            continue
+        elif kind == "codes" and path and not there(path):
+            wrong = f"is no file and no preset; presets are: {', '.join(presets())}"
+        elif path.startswith("~"):
             wrong = "~ is not expanded here; write the whole path"
         elif "{" in path or "}" in path:
             wrong = "braces are wildcards of the workflow; rename it"

@@ -1,5 +1,6 @@
 """From raw images to a labelled breast: the motion into the common frame, and tissue labels."""
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -9,8 +10,9 @@ import pandas as pd
 
 from mammosim.chain.breast import Breast
 from mammosim.chain.conditions import finds_markers, is_labelled, is_marked, is_moved
+from mammosim.chain.given_labels import LabelSettings, prepared
 from mammosim.chain.graph import Inputs
-from mammosim.chain.labelled import nipples, usable_labels
+from mammosim.chain.labelled import nipples
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.positions import gravity_vector
@@ -24,9 +26,12 @@ from mammosim.imaging.markers import chest_markers, require_four
 from mammosim.imaging.segmentation import Segmentation
 from mammosim.io.fiducials import read_fiducials, write_fiducials
 from mammosim.io.images import read_image, read_labels, write_image, write_labels
+from mammosim.io.label_maps import CodedMap, read_label_map
 from mammosim.io.strokes import read_strokes
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform, write_transform
+
+log = logging.getLogger(__name__)
 
 STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
 LEARNT = ("classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing")
@@ -50,9 +55,9 @@ def load_strokes(files: Mapping[str, str]) -> pd.DataFrame:
     return read_strokes(files["strokes"])
 
 
-def load_given_labels(files: Mapping[str, str]) -> LabelMap:
-    """The labels that a person gave in the place of a segmentation. Raises ImageError: not to be used."""
-    return usable_labels(read_labels(files["labels"]), files["labels"])
+def load_given_labels(files: Mapping[str, str]) -> CodedMap:
+    """The label map that a person gave in the place of a segmentation, codes as they are."""
+    return read_label_map(files["labels"])
 
 
 def load_fiducials(files: Mapping[str, str]) -> Fiducials:
@@ -144,9 +149,17 @@ def segmentation(inputs: Inputs) -> Segmentation:
     return tissues.segment(inputs["scan"], inputs["strokes"], settings=settings)
 
 
+def taken_labels(inputs: Inputs) -> LabelMap:
+    """Tissue labels of the map that was given, scanner frame; what was mended in it is logged."""
+    taken = prepared(inputs["given_labels"], looked_up(LabelSettings, inputs.setting, "labels"))
+    for note in taken.notes:
+        log.info(note)
+    return taken.labels
+
+
 def labels(inputs: Inputs) -> LabelMap:
     """Tissue labels of the image, or in its place, scanner frame."""
-    found: LabelMap = inputs["given_labels"] if is_labelled(inputs) else inputs["segmentation"].labels
+    found: LabelMap = inputs["taken_labels"] if is_labelled(inputs) else inputs["segmentation"].labels
     return found
 
 

@@ -1,13 +1,12 @@
-"""What a label map tells by itself: whether it can be used, and where the nipples and the chest are.
+"""What a label map tells by itself: where the nipples and the chest are, as far as nobody marked them.
 
-A person's labels stand in the place of a segmentation; nipples and chest are found so where nobody marked
-them. Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
+Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
 """
 
 import numpy as np
 from scipy import ndimage
 
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap
@@ -19,6 +18,8 @@ OUTSIDE = (Label.AIR, Label.MARKER)
 TIP_MM = 3.0
 # ASSUME: nipples of two breasts are farther apart than that; nearer ones are two places of one breast.
 APART_MM = 60.0
+# ASSUME: the frame of a scan begins near the midline of the body; a nipple is farther from it than 20 mm.
+SIDE_MM = 20.0
 # ASSUME: a slice belongs to the breasts where they stand out 10 mm in front of the midline's skin;
 # 20 mm above and below are modelled, too, where fat and muscle are held.
 STANDS_OUT_MM, BEYOND_MM = 10.0, 20.0
@@ -28,24 +29,6 @@ MIDLINE_MM = 10.0
 BRIGHT = 1000.0
 
 
-def usable_labels(labels: LabelMap, path: str) -> LabelMap:
-    """The same. Raises ImageError: unknown labels, no breast tissue, or a geometry that is not finite."""
-    if unknown := sorted(set(np.unique(labels.values).tolist()) - set(Label)):
-        known = ", ".join(f"{int(label)} {label.tissue}" for label in Label)
-        raise ImageError(f"{path}: unknown labels {', '.join(map(str, unknown))}; choose among: {known}")
-    if not np.isin(labels.values, (Label.ADIPOSE, Label.GLANDULAR)).any():
-        raise ImageError(
-            f"{path} labels no voxel as adipose ({Label.ADIPOSE:d}) or glandular ({Label.GLANDULAR:d}); "
-            "give the labels of a breast"
-        )
-    grid = labels.grid
-    if not all(np.isfinite(values).all() for values in (grid.spacing, grid.origin, grid.direction)):
-        raise ImageError(
-            f"{path}: spacing, origin and axes must be finite numbers; export the label map again"
-        )
-    return labels
-
-
 def outline_image(labels: LabelMap) -> Image:
     """The body bright and the air dark: by its outline labels are judged as an image is."""
     body = ~np.isin(labels.values, OUTSIDE)
@@ -53,10 +36,10 @@ def outline_image(labels: LabelMap) -> Image:
 
 
 def nipples(labels: LabelMap) -> Fiducials:
-    """Both nipples of a body that was scanned prone, where its halves reach farthest from the rib cage.
+    """The nipples of a body that was scanned prone, where its halves reach farthest from the rib cage.
 
-    Raises FiducialError where no rib cage is labelled, one half has nothing in front of it, or the two places
-    are of one breast.
+    One, where that is one place, or one half has nothing in front of the ribs. Raises FiducialError where no
+    rib cage is labelled, nothing is in front of it, or a lone breast may be either.
     """
     thorax = labels.values == Label.THORAX
     if not thorax.any():
@@ -69,17 +52,25 @@ def nipples(labels: LabelMap) -> Fiducials:
     left = points[:, 0] > _midline_mm(points)
     front = points[:, 1] < points[:, 1][depth == 0].min()  # what lies beside the rib cage is no breast
     halves = {"left": left & front, "right": ~left & front}
-    if absent := [side for side, half in halves.items() if not half.any()]:
+    found = {side: _tip(points[half], depth[half]) for side, half in halves.items() if half.any()}
+    if not found:
+        raise FiducialError("nothing is in front of the rib cage; list nipple_left and nipple_right by hand")
+    if len(found) == 2 and np.linalg.norm(found["left"] - found["right"]) < APART_MM:
+        tip = _tip(points[front], depth[front])
+        found = {_side(tip): tip}
+    return Fiducials(
+        tuple(f"nipple_{side}" for side in found), ("nipple",) * len(found), np.array(list(found.values()))
+    )
+
+
+def _side(tip: np.ndarray) -> str:
+    """Which breast a lone one is. Raises FiducialError where its place (3,) does not tell."""
+    if abs(tip[0]) < SIDE_MM:
         raise FiducialError(
-            f"nothing on the {absent[0]} is in front of the rib cage; list nipple_{absent[0]} by hand"
+            f"the labels hold one breast, and at x = {tip[0]:.0f} mm it may be either; list nipple_left or "
+            "nipple_right"
         )
-    found = [_tip(points[half], depth[half]) for half in halves.values()]
-    if (apart := float(np.linalg.norm(found[0] - found[1]))) < APART_MM:
-        raise FiducialError(
-            f"the nipples found are {apart:.0f} mm apart: the labels seem to hold one breast; label both, or "
-            "list nipple_left and nipple_right"
-        )
-    return Fiducials(tuple(f"nipple_{side}" for side in halves), ("nipple",) * 2, np.array(found))
+    return "left" if tip[0] > 0 else "right"
 
 
 def chest_limits(labels: LabelMap, fiducials: Fiducials) -> np.ndarray:
@@ -89,7 +80,7 @@ def chest_limits(labels: LabelMap, fiducials: Fiducials) -> np.ndarray:
     """
     points = _body(labels)
     listed = fiducials.of_kind("nipple")
-    middle = float(listed[:, 0].mean()) if len(listed) == 2 else _midline_mm(points)
+    middle = float(listed[:, 0].mean()) if len(listed) == 2 else _medial_mm(points, fiducials)
     slices = np.rint(points[:, 2] / labels.grid.spacing[2]).astype(int)
     rows = np.unique(slices)
     front, chest = (
@@ -110,6 +101,15 @@ def _body(labels: LabelMap) -> np.ndarray:
 def _midline_mm(points: np.ndarray) -> float:
     """x in the middle between the two sides of the body."""
     return float(points[:, 0].min() + points[:, 0].max()) / 2
+
+
+def _medial_mm(points: np.ndarray, fiducials: Fiducials) -> float:
+    """x in the middle of a body with two breasts; of one alone, just inside its edge on the other side."""
+    middle, listed = _midline_mm(points), fiducials.of_kind("nipple")
+    if len(listed) != 1 or abs(listed[0, 0] - middle) > APART_MM / 2:
+        return middle
+    left = "nipple_left" in fiducials.names
+    return float(points[:, 0].min() + MIDLINE_MM if left else points[:, 0].max() - MIDLINE_MM)
 
 
 def _near(points: np.ndarray, middle_mm: float) -> np.ndarray:

@@ -88,9 +88,12 @@ LABELLED: Mapping[str, Stage] = {
         ("scan", "strokes"),
         _in("segmentation", "classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing"),
     ),
+    "taken_labels": Stage(
+        "images.taken_labels", ("given_labels",), _in("labels", "codes", "glandularity_percent")
+    ),
     "labels": Stage(
         "images.labels",
-        (Need("segmentation", is_segmented), Need("given_labels", is_labelled)),
+        (Need("segmentation", is_segmented), Need("taken_labels", is_labelled)),
         files=Files("results/segmentation/{v}/{p}", {"labels": ".nii.gz"}),
     ),
     "gland_probability": Stage(

@@ -42,7 +42,7 @@ def healthy_phantom(inputs: Inputs) -> LabelMap:
     found = inputs["pressed"]
     low, high = field_box(
         breast.side,
-        midline_mm=0.0,
+        midline_mm=breast.midline_mm,
         chest_wall_mm=found.plates["chest_y_mm"],
         bottom_mm=found.plates["support_z_mm"],
         top_mm=found.plates["paddle_z_mm"],

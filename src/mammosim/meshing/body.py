@@ -1,5 +1,6 @@
 """From a label map to the mesh of the tissue that deforms."""
 
+import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,15 +9,19 @@ from scipy import ndimage
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.mesh import TetMesh
+from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.meshing.boundary import named_boundaries
 from mammosim.meshing.lattice import LENGTH_MM, on_lattice
-from mammosim.meshing.quality import require_sound
+from mammosim.meshing.quality import quality, require_sound
 from mammosim.meshing.raster import rasterise
 from mammosim.meshing.remesh import Size
 from mammosim.meshing.surface import surface_of_labels
 from mammosim.meshing.tetrahedra import mesh_surface
 
+log = logging.getLogger(__name__)
+
+PERCENT = 100.0
 # ASSUME: tissue within 20 mm of the rib cage is chest wall and gets its larger elements.
 # ASSUME: between 20 and 40 mm from the rib cage the element size changes linearly to that of the breast.
 CHEST_MM, CHANGE_MM = 20.0, 20.0
@@ -24,6 +29,9 @@ CHEST_MM, CHANGE_MM = 20.0, 20.0
 PER_THICKNESS = 1.2
 # Voxels finer than this fraction of the smallest element are thinned out before the surface is built.
 VOXELS_PER_ELEMENT = 6
+# ASSUME: a piece of a twentieth of the largest one is a breast of its own; smaller ones are strays.
+PIECE = 0.05
+TOLD = 0.01  # of the volume of the labels, above which an error of the mesh is a warning
 # Far above the rounding of a voxel's place, far below what a limit is known to.
 ON_LIMIT_MM = 1e-4
 
@@ -45,23 +53,96 @@ class ElementSize:
                     f"{name} = {value:g} is outside [2, 50] mm; 12 suits a breast: was it given in cm?"
                 )
 
+    @property
+    def least_mm(self) -> float:
+        """Edge length of the smallest elements, where tissue is thin."""
+        return min(self.breast_mm, self.chest_mm) / 2
+
 
 def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
-    """Tetrahedra of the DEFORMABLE voxels' largest piece, with tissue and boundaries `skin` and `posterior`.
+    """Tetrahedra of the DEFORMABLE voxels, with tissue and boundaries `skin` and `posterior`.
 
-    The shares of its cells are those of the deformable voxels in them. Raises MeshError when there is nothing
-    to mesh, or the mesh is not sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes,
-    and not on where it lies: it is meshed along its own axes.
+    Of their largest piece, and of any that is at least PIECE times as large: two breasts that nothing
+    joins. Each encloses the volume of its voxels, cavities filled. The shares of its cells are those of
+    the deformable voxels in them. Raises MeshError when there is nothing to mesh, or the mesh is not
+    sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes, and not on where it lies:
+    it is meshed along its own axes.
     """
     size = ElementSize(*(float(on_lattice(length, LENGTH_MM)) for length in vars(size).values()))
     upright = LabelMap(_upright(labels.grid), labels.values)
-    coarse = _thinned(upright, min(size.breast_mm, size.chest_mm) / VOXELS_PER_ELEMENT)
-    mesh = mesh_surface(surface_of_labels(coarse), size=_size_by_depth(coarse, size))
+    mesh = _joined([_meshed(piece, size) for piece in _pieces(upright)])
+    coarse = _thinned(upright, _step_mm(size))
     shares = shares_of_cells(mesh, upright)
     tissue = shares.argmax(axis=1).astype(np.uint8)
     mesh = replace(mesh, tissue=tissue, shares=shares, boundaries=named_boundaries(mesh, coarse))
     require_sound(mesh)
     return mesh.moved_to(_placed(upright.grid.indices(mesh.points), labels.grid))
+
+
+def _meshed(labels: LabelMap, size: ElementSize) -> TetMesh:
+    """The mesh of labels with one piece of DEFORMABLE voxels, which has their volume."""
+    coarse = _thinned(labels, _step_mm(size))
+    soft = np.isin(labels.values, DEFORMABLE)
+    place = ndimage.find_objects(soft.astype(np.uint8))[0]
+    volume = np.count_nonzero(ndimage.binary_fill_holes(soft[place])) * labels.grid.voxel_volume
+    mesh = mesh_surface(
+        surface_of_labels(coarse),
+        size=_size_by_depth(coarse, size),
+        volume_mm3=volume,
+        most_mm=float(coarse.grid.spacing.max()) / 2,
+    )
+    error = quality(mesh)["volume_mm3"].sum() / volume - 1
+    log.log(
+        logging.INFO if abs(error) < TOLD else logging.WARNING,
+        "%.1f cm3 of tissue in a mesh of %+.2f %%", volume / MM3_PER_CM3, PERCENT * error,
+    )  # fmt: skip
+    return mesh
+
+
+def thin_volume(labels: LabelMap, size: ElementSize) -> float:
+    """Volume in mm3 of the DEFORMABLE voxels whose tissue is thinner along some axis than any element."""
+    soft, step = np.isin(labels.values, DEFORMABLE), labels.grid.spacing[::-1]
+    thin = np.zeros_like(soft)
+    for axis, length in enumerate(step):
+        thin |= soft & (np.moveaxis(_run(np.moveaxis(soft, axis, -1)), -1, axis) * length < size.least_mm)
+    return float(np.count_nonzero(thin) * labels.grid.voxel_volume)
+
+
+def _run(mask: np.ndarray) -> np.ndarray:
+    """How many voxels (.., n) of a mask follow each other along its last axis, where it is true."""
+    n = mask.shape[-1]
+    place = np.arange(n, dtype=np.int16)
+    before = np.maximum.accumulate(np.where(mask, np.int16(-1), place), axis=-1)
+    after = np.minimum.accumulate(np.where(mask, np.int16(n), place)[..., ::-1], axis=-1)[..., ::-1]
+    length: np.ndarray = after - before - 1
+    return length
+
+
+def _step_mm(size: ElementSize) -> float:
+    """How far apart voxels may be."""
+    return min(size.breast_mm, size.chest_mm) / VOXELS_PER_ELEMENT
+
+
+def _pieces(labels: LabelMap) -> list[LabelMap]:
+    """Labels with air in the place of all but one piece of tissue, for every large one, the largest first."""
+    pieces, n = ndimage.label(np.isin(labels.values, DEFORMABLE))
+    if n < 2:
+        return [labels]
+    size = np.bincount(pieces.ravel())
+    size[0] = 0
+    kept = np.argsort(-size, kind="stable")[: np.count_nonzero(size >= PIECE * size.max())]
+    others = [(pieces > 0) & (pieces != piece) for piece in kept]
+    return [replace(labels, values=np.where(other, np.uint8(Label.AIR), labels.values)) for other in others]
+
+
+def _joined(meshes: list[TetMesh]) -> TetMesh:
+    """Meshes that share no node as one."""
+    first = np.cumsum([0, *(len(mesh.points) for mesh in meshes[:-1])])
+    return TetMesh(
+        np.concatenate([mesh.points for mesh in meshes]),
+        np.concatenate([mesh.cells + n for mesh, n in zip(meshes, first)]),
+        np.concatenate([mesh.tissue for mesh in meshes]),
+    )
 
 
 def crop_body(
@@ -146,8 +227,7 @@ def _size_by_depth(labels: LabelMap, size: ElementSize) -> Size:
     # Half the thickness is the largest distance from the outside in a neighbourhood as wide as an element.
     width = 2 * np.ceil(max(size.breast_mm, size.chest_mm) / 2 / step).astype(int) + 1
     thickness = 2 * ndimage.maximum_filter(within, size=tuple(width))
-    least = min(size.breast_mm, size.chest_mm) / 2
-    field = np.clip(PER_THICKNESS * thickness, least, wanted).astype(np.float32)
+    field = np.clip(PER_THICKNESS * thickness, size.least_mm, wanted).astype(np.float32)
     return lambda points: ndimage.map_coordinates(
         field, labels.grid.indices(points).T, order=1, mode="nearest"
     ).astype(float)

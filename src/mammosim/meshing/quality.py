@@ -58,17 +58,18 @@ def jacobians(x: np.ndarray, L: np.ndarray) -> np.ndarray:
 def require_sound(mesh: TetMesh) -> None:
     """Raise MeshError when a mesh cannot be computed with, naming how many cells or nodes and which.
 
-    Not finite coordinates, unattached nodes, inverted or flat elements, several pieces, empty boundaries.
+    Not finite coordinates, unattached nodes, inverted or flat elements, empty boundaries, several pieces of
+    which nothing holds one.
     """
     _reject(~np.isfinite(mesh.points).all(axis=1), "nodes have coordinates that are not finite")
     _reject(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0, "nodes belong to no cell")
     table = quality(mesh)
     _reject(~(table["smallest_J"].to_numpy() > 0), "cells are inverted")
     _reject(~(table["mean_ratio"].to_numpy() > FLAT), f"cells are flat (mean ratio below {FLAT:g})")
-    _require_one_piece(mesh)
     for name, faces in mesh.boundaries.items():
         if len(faces) == 0:
             raise MeshError(f"boundary {name!r} has no faces; check the labels around the tissue")
+    _require_held(mesh)
 
 
 def _reject(bad: np.ndarray, what: str) -> None:
@@ -78,10 +79,15 @@ def _reject(bad: np.ndarray, what: str) -> None:
         raise MeshError(f"{len(which)} {what}: {named}; mesh again with smoother labels or smaller elements")
 
 
-def _require_one_piece(mesh: TetMesh) -> None:
+def _require_held(mesh: TetMesh) -> None:
+    """One piece; or several, each with nodes of the boundary `posterior`."""
     n = len(mesh.points)
     first, others = np.repeat(mesh.cells[:, 0], 9), mesh.cells[:, 1:].ravel()
     pieces, number = connected_components(coo_array((np.ones(len(first)), (first, others)), shape=(n, n)))
-    if pieces > 1:
+    free = np.setdiff1d(number, number[mesh.boundaries.get("posterior", np.zeros((0, 6), int))])
+    if pieces > 1 and len(free):
         sizes = ", ".join(map(str, sorted(np.bincount(number), reverse=True)[:NAMED_CELLS]))
-        raise MeshError(f"the mesh falls into {pieces} pieces of {sizes} nodes; keep the largest one only")
+        raise MeshError(
+            f"the mesh falls into {pieces} pieces of {sizes} nodes, of which {len(free)} are not held; "
+            "keep the largest one only"
+        )

@@ -12,7 +12,7 @@ from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.meshing.boundary import topology
 from mammosim.meshing.lattice import NODE_MM, POINT_MM, on_lattice
-from mammosim.meshing.remesh import Size, remeshed
+from mammosim.meshing.remesh import Size, of_volume, remeshed
 from mammosim.meshing.surface import Surface
 
 log = logging.getLogger(__name__)
@@ -39,12 +39,15 @@ OPTIONS = {
 }
 
 
-def mesh_surface(surface: Surface, *, size: float | Size) -> TetMesh:
+def mesh_surface(
+    surface: Surface, *, size: float | Size, volume_mm3: float | None = None, most_mm: float = np.inf
+) -> TetMesh:
     """Straight-edged quadratic tetrahedra, all ADIPOSE, without named boundaries.
 
     size: edge length in mm, a number or a function of points (n, 3) that gives (n,). The surface is first
     given triangles of that size. Where they are too coarse for the shape, so that gmsh cannot fill them,
-    the size is reduced to FINER times and tried again. The same input gives the same mesh, on any processor:
+    the size is reduced to FINER times and tried again. volume_mm3: what they are to enclose, for which they
+    move by at most most_mm along their normals. The same input gives the same mesh, on any processor:
     the points of the surface and the sizes are rounded to POINT_MM.
     Raises MeshError when the surface cannot be filled.
     """
@@ -53,7 +56,9 @@ def mesh_surface(surface: Surface, *, size: float | Size) -> TetMesh:
     for attempt in range(ATTEMPTS):
         try:
             scaled = _scaled(wanted, FINER**attempt)
-            points, tetrahedra = _filled(remeshed(surface, scaled), _scaled(scaled, INSIDE))
+            net = remeshed(surface, scaled)
+            net = net if volume_mm3 is None else of_volume(net, volume_mm3, most_mm=most_mm)
+            points, tetrahedra = _filled(net, _scaled(scaled, INSIDE))
         except MeshError as error:
             log.warning("attempt %d of %d at the surface: %s", attempt + 1, ATTEMPTS, error)
         else:

@@ -364,6 +364,10 @@ def table(**change) -> list[dict[str, str]]:
         ({"position": "sitting"}, "choose one of: prone, supine"),
         ({"position": "supine", "gravity": "0 1 0"}, "stand twice"),
         ({"strokes": ""}, "'a', prone, lacks strokes; give images with strokes, or labels"),
+        (
+            {"codes": "victre"},
+            "'a', prone: codes 'victre': codes explain labels; give labels, or leave codes out",
+        ),
         ({"labels": "l.nii.gz", "images": ""}, "labels of prone and none of supine; give labels of each"),
         ({"gaps": "yes"}, "'a', prone: gaps 'yes' is not known; write 'resample'"),
         ({"labels": "l.nii.gz", "images": "", "series": "5"}, "'a', prone, has series without images"),
@@ -379,6 +383,18 @@ def test_one_position_alone_and_labels_alone_can_be_meant():
     check_volunteers(table()[:1], file="volunteers.tsv")
     rows = [row | {"labels": f"{row['position']}.nii.gz", "images": "", "strokes": ""} for row in table()]
     check_volunteers(rows, file="volunteers.tsv")
+
+
+def test_codes_are_a_preset_or_a_file_that_is_there():
+    row = {"volunteer": "a", "position": "prone", "gravity": "0 -1 0", "labels": "l.mha"}
+    for codes in ("pelicano_simple", "mine.tsv"):
+        check_volunteers(
+            [row | {"codes": codes}], file="t.tsv", there=lambda path: path in ("l.mha", "mine.tsv")
+        )
+    with pytest.raises(
+        ConfigurationError, match=r"codes 'pelicano': is no file and no preset; presets are: mammosim"
+    ):
+        check_volunteers([row | {"codes": "pelicano"}], file="t.tsv", there=lambda path: path == "l.mha")
 
 
 PATHS = {

@@ -1,4 +1,4 @@
-"""Labels that a person gave: known and finite, or rejected; nipples and the chest found in them."""
+"""What a label map tells: nipples and the chest, where nobody marked them; and labels in the chain."""
 
 from dataclasses import replace
 
@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mammosim.chain.graph import Chain
-from mammosim.chain.images import load_given_labels
-from mammosim.chain.labelled import chest_limits, nipples, outline_image, usable_labels
+from mammosim.chain.labelled import chest_limits, nipples, outline_image
 from mammosim.chain.stages import STAGES
 from mammosim.chain.subject import Subject
 from mammosim.core.errors import FiducialError, ImageError
@@ -47,14 +46,36 @@ def test_nipples_are_the_tips_farthest_from_the_rib_cage(labels):
         assert np.abs(found.point(f"nipple_{side}") - place).max() < 1.5 * H
 
 
-def test_labels_of_one_breast_are_rejected(labels):
-    """Cut beside it, the body's middle is hers, and both halves of it have a tip."""
+def lone(labels: LabelMap, side: str) -> LabelMap:
+    """One breast and what is behind it."""
     x = labels.grid.centres().reshape(*labels.grid.shape, 3)[..., 0]
-    lone = replace(labels, values=np.where(np.abs(x - 75) < 55, labels.values, np.uint8(0)))
+    return replace(labels, values=np.where(np.abs(x - NIPPLES[side][0]) < 55, labels.values, np.uint8(0)))
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_lone_breast_has_one_nipple_on_its_side_and_is_cut_as_both_are(labels, side):
+    """Cut beside it, the body's middle is hers, and both halves of it have a tip."""
+    found = nipples(lone(labels, side))
+    assert found.names == (f"nipple_{side}",)
+    assert np.abs(found.points[0] - NIPPLES[side]).max() < 1.5 * H
+    low, high = chest_limits(lone(labels, side), found)
+    z, wide = NIPPLES[side][2], RADIUS * 5 / 6 + 20
+    assert (low[2], high[2]) == pytest.approx((z - wide, z + wide), abs=1.5 * H)
+    assert -20 < low[1] == high[1] <= H, "the skin at its edge"
+
+
+def test_a_body_with_one_breast_has_one_nipple(labels):
+    x, y, _ = np.moveaxis(labels.grid.centres().reshape(*labels.grid.shape, 3), -1, 0)
+    flat = replace(labels, values=np.where((x > 5) & (y < 20), np.uint8(0), labels.values))
+    assert nipples(flat).names == ("nipple_right",)
+
+
+def test_a_lone_breast_in_the_middle_of_the_frame_may_be_either(labels):
+    moved = replace(labels.grid, origin=labels.grid.origin - [NIPPLES["left"][0], 0, 0])
     with pytest.raises(
-        FiducialError, match=r"mm apart: the labels seem to hold one breast; label both, or list"
+        FiducialError, match=r"one breast, and at x = -?\d mm it may be either; list nipple_left or"
     ):
-        nipples(lone)
+        nipples(replace(lone(labels, "left"), grid=moved))
 
 
 def test_markers_on_the_skin_are_no_part_of_the_body(labels):
@@ -89,11 +110,6 @@ def test_voxels_that_are_no_cubes_change_nothing():
     assert (low[2], high[2]) == pytest.approx((-10 - wide, 10 + wide), abs=1.5 * 2 * H)
 
 
-def test_breasts_of_gland_alone_can_be_used(labels):
-    gland = np.where(labels.values == Label.ADIPOSE, np.uint8(Label.GLANDULAR), labels.values)
-    assert usable_labels(replace(labels, values=gland), "mine.nii").values is gland
-
-
 def test_labels_without_rib_cage_or_breasts_say_what_to_mark(labels):
     air = LabelMap(labels.grid, np.where(labels.values == Label.THORAX, np.uint8(0), labels.values))
     with pytest.raises(FiducialError, match=r"thorax \(5\).*list nipple_left and nipple_right"):
@@ -102,18 +118,6 @@ def test_labels_without_rib_cage_or_breasts_say_what_to_mark(labels):
     flat = LabelMap(labels.grid, np.where(y < 0, np.uint8(0), labels.values))
     with pytest.raises(FiducialError, match=r"no breast stands out.*list chest_1 to chest_4"):
         chest_limits(flat, nipples(labels))
-
-
-def test_labels_that_nobody_knows_are_rejected_with_the_known_ones(labels):
-    values = labels.values.copy()
-    values[0, 0, :2] = (9, 12)
-    with pytest.raises(ImageError, match=r"mine\.nii: unknown labels 9, 12; choose among: 0 air, 1 adipose"):
-        usable_labels(replace(labels, values=values), "mine.nii")
-    with pytest.raises(ImageError, match="no voxel as adipose"):
-        usable_labels(LabelMap(labels.grid, np.zeros_like(labels.values)), "mine.nii")
-    nowhere = replace(labels.grid, origin=np.array([0.0, np.nan, 0.0]))
-    with pytest.raises(ImageError, match="must be finite numbers"):
-        usable_labels(LabelMap(nowhere, labels.values), "mine.nii")
 
 
 def test_the_outline_is_judged_as_an_image_is(labels):
@@ -128,12 +132,20 @@ def test_the_outline_is_judged_as_an_image_is(labels):
         )
 
 
+def chain_of_labels(path: str, codes: str = "") -> Chain:
+    """The chain of a woman of whom there is a label map, and nothing else."""
+    subject = Subject("left", "0 -1 0", (1,), moves=False, has=("labels",))
+    settings = {
+        "registration": {"chest_markers": "found"},
+        "labels": {"glandularity_percent": 20.0, "codes": codes},
+    }
+    return Chain(subject, settings, frozenset(), STAGES).kept({"given_labels": {"labels": path}})
+
+
 def test_given_labels_are_the_labels_of_the_chain_and_nipples_follow(labels, tmp_path):
     path = str(tmp_path / "labels.nii.gz")
     write_labels(labels, path)
-    subject = Subject("left", "0 -1 0", (1,), moves=False, has=("labels",))
-    settings = {"registration": {"chest_markers": "found"}}
-    chain = Chain(subject, settings, frozenset(), STAGES).kept({"given_labels": {"labels": path}})
+    chain = chain_of_labels(path)
     breast = chain["breast"]
     assert np.array_equal(breast.labels.values, labels.values)
     assert breast.labels.grid.same_as(labels.grid)
@@ -146,5 +158,11 @@ def test_given_labels_are_the_labels_of_the_chain_and_nipples_follow(labels, tmp
 def test_a_file_of_other_labels_is_rejected_by_its_name(labels, tmp_path):
     path = str(tmp_path / "labels.nii.gz")
     write_labels(LabelMap(labels.grid, np.where(labels.values == 5, np.uint8(50), labels.values)), path)
-    with pytest.raises(ImageError, match=r"labels\.nii\.gz: unknown labels 50"):
-        load_given_labels({"labels": path})
+    with pytest.raises(
+        ImageError, match=r"labels\.nii\.gz: mammosim has no tissue for code 50 of 0, 1, 4, 50"
+    ):
+        chain_of_labels(path)["labels"]
+    table = tmp_path / "codes.tsv"
+    names = {0: "air", 1: "adipose", 4: "muscle", 50: "thorax"}
+    table.write_text("code\ttissue\n" + "".join(f"{code}\t{tissue}\n" for code, tissue in names.items()))
+    assert np.array_equal(chain_of_labels(path, str(table))["labels"].values, labels.values)

@@ -128,6 +128,32 @@ def test_the_same_labels_give_the_same_mesh(mesh: TetMesh, labels: LabelMap) -> 
     np.testing.assert_array_equal(again.tissue, mesh.tissue)
 
 
+def volume_of(labels: LabelMap) -> float:
+    """Of the deformable voxels, mm3."""
+    return float(np.isin(labels.values, DEFORMABLE).sum() * labels.grid.voxel_volume)
+
+
+@pytest.mark.parametrize("edge_mm", [12.0, 20.0])
+def test_a_mesh_has_the_volume_of_its_labels_however_coarse(labels: LabelMap, edge_mm: float) -> None:
+    """The chest beside the breast is a slab of 20 mm, whose edges elements of 20 mm cut off."""
+    cropped = crop_body(labels, **CROP)
+    mesh = mesh_body(cropped, size=ElementSize(edge_mm, edge_mm))
+    assert quality(mesh).volume_mm3.sum() == pytest.approx(volume_of(cropped), rel=1e-3)
+
+
+def test_two_bodies_are_both_meshed_and_a_stray_is_not(labels: LabelMap) -> None:
+    values = labels.values.copy()
+    values[:, :, 19:21] = np.where(labels.values[:, :, 19:21] == Label.THORAX, Label.THORAX, Label.AIR)
+    apart = LabelMap(labels.grid, values)
+    stray = values.copy()
+    stray[3:5, 2:4, 3:5] = Label.ADIPOSE
+    size = ElementSize(20.0, 20.0)
+    mesh = mesh_body(LabelMap(labels.grid, stray), size=size)
+    assert quality(mesh).volume_mm3.sum() == pytest.approx(volume_of(apart), rel=1e-3)
+    assert mesh.points[:, 0].min() < -70 < 70 < mesh.points[:, 0].max()
+    np.testing.assert_array_equal(mesh.points, mesh_body(apart, size=size).points)
+
+
 def test_finer_voxels_than_the_elements_need_make_the_same_body(labels: LabelMap, mesh: TetMesh) -> None:
     fine = grid_around(np.array([-80.0, -70, -75]), np.array([80.0, 30, 75]), 1.0)
     repeated = labels.values.repeat(4, axis=0).repeat(4, axis=1).repeat(4, axis=2)

@@ -64,7 +64,7 @@ def _nan() -> TetMesh:
     [
         (_mesh(REGULAR, REGULAR[[1, 0, 2, 3]]), "1 cells are inverted: 1"),
         (_mesh(REGULAR * [1, 1, 0.001]), "1 cells are flat .*: 0"),
-        (_mesh(REGULAR, REGULAR + 10), "2 pieces of 10, 10 nodes"),
+        (_mesh(REGULAR, REGULAR + 10), "2 pieces of 10, 10 nodes, of which 2 are not held"),
         (_unattached(), "2 nodes belong to no cell: 10, 11"),
         (_nan(), "1 nodes have coordinates that are not finite: 3"),
         (_empty_boundary(), "boundary 'skin' has no faces"),

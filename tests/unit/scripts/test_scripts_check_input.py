@@ -9,6 +9,8 @@ from mammosim.core.errors import FiducialError, ImageError, SegmentationError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap, grid_around
+from mammosim.io.images import write_labels
+from mammosim.io.label_maps import read_label_map
 from mammosim.io.tables import read_table
 
 GRID = grid_around(np.zeros(3), np.full(3, 8.0), 4.0)
@@ -17,6 +19,8 @@ IMAGE = Image(GRID, np.full(GRID.shape, 7.0, np.float32))
 PRONE = np.array([0.0, -1.0, 0.0])
 JOB = {"volunteer": "007", "position": "prone"}
 CORNERS = np.array([[0.0, 0, 0], [90, 0, 0], [0, 0, 90], [90, 0, 90]])
+NOTES = ["3 cm3 in 1 holes are filled", "no skin is labelled"]
+SAID = {"notes": "; ".join(NOTES)}
 FOUR = Fiducials(tuple(f"chest_{n}" for n in range(1, 5)), ("chest",) * 4, CORNERS)
 THREE = Fiducials(FOUR.names[:3], FOUR.kinds[:3], CORNERS[:3])
 
@@ -25,12 +29,15 @@ THREE = Fiducials(FOUR.names[:3], FOUR.kinds[:3], CORNERS[:3])
 def check(script, monkeypatch, tmp_path):
     """check_input with these files; `judged` is told each picture with what it is judged by."""
     module = script("check_input")
-    monkeypatch.setattr(module, "read_labels", lambda path: LABELS)
-    monkeypatch.setattr(module, "found_points", lambda labels, path: None)  # see the page's tests
+    coded = SimpleNamespace(grid=LABELS.grid, codes=LABELS.values)
+    monkeypatch.setattr(module, "read_label_map", lambda path: coded)
+    monkeypatch.setattr(module, "found_points", lambda labels, path, sides: None)  # see the page's tests
     monkeypatch.setattr(
         module,
         "read_scan",
-        lambda path, series, gaps: SimpleNamespace(image=IMAGE, patient_position="HFP", notes=(series, gaps)),
+        lambda path, series, gaps: SimpleNamespace(
+            image=IMAGE, patient_position="HFP", notes=[f"{series} {gaps}"]
+        ),
     )
     monkeypatch.setattr(module, "image_quality", lambda image, *, position: {"brightest": image.values.max()})
 
@@ -45,8 +52,9 @@ def check(script, monkeypatch, tmp_path):
         monkeypatch.setattr(module, "read_fiducials", lambda path: listed)
         out = tmp_path / "row.csv"
         how = {"series": "5", "gaps": "resample"}
-        about = {"found": found, "registered": registered, "sides": sides, "how": how}
-        module.main(files, JOB, PRONE, **about, out=str(out))
+        taken = lambda coded: (LABELS, NOTES)  # noqa: E731
+        asked = module.Asked(found=found, registered=registered, sides=sides, how=how, taken=taken)
+        module.main(files, JOB, PRONE, asked, out=str(out))
         return read_table(out).to_dict("records")
 
     run.module = module
@@ -54,8 +62,12 @@ def check(script, monkeypatch, tmp_path):
 
 
 def test_the_row_is_of_the_image_where_one_is_given_beside_labels(check):
-    assert check({"labels": "l.nii.gz", "images": "i.nii.gz"}) == [JOB | {"brightest": 7.0}]
-    assert check({"labels": "l.nii.gz"}) == [JOB | {"brightest": 1000.0}], "of the outline of her labels"
+    assert check({"labels": "l.nii.gz", "images": "i.nii.gz"}) == [
+        JOB | {"brightest": 7.0, "notes": f"{SAID['notes']}; 5 resample"}
+    ]
+    assert check({"labels": "l.nii.gz"}) == [JOB | {"brightest": 1000.0} | SAID], (
+        "of the outline of her labels"
+    )
 
 
 def test_labels_and_image_are_both_judged_by_her_position_and_a_series_by_its_tag(check, tmp_path):
@@ -74,7 +86,7 @@ def test_labels_and_image_are_both_judged_by_her_position_and_a_series_by_its_ta
 def test_the_named_series_is_read_and_what_stands_out_is_logged(check, caplog):
     with caplog.at_level("INFO"):
         check({"images": "folder"})
-    assert caplog.messages == ["folder: 5", "folder: resample"]
+    assert caplog.messages == ["folder: 5 resample"]
 
 
 @pytest.mark.parametrize(("value", "kind"), [(1000.0, "labels"), (7.0, "images")])
@@ -146,3 +158,17 @@ def test_every_part_is_judged_and_each_fault_is_a_line(check):
     assert first == "l.nii.gz: the breast is cut off"
     assert second == "i.nii.gz: the breast is cut off"
     assert third.startswith("list.csv with its image: 3 chest markers")
+
+
+def test_a_label_map_is_read_by_its_codes_and_what_is_mended_is_said(script, tmp_path):
+    """A slab of one voxel, thinner than half an element, in codes of a table."""
+    grid = grid_around(np.zeros(3), np.full(3, 60.0), 5.0)
+    values = np.zeros(grid.shape, np.uint8)
+    values[:, 5], values[:, 6:] = 9, 7
+    write_labels(LabelMap(grid, values), tmp_path / "l.nii.gz")
+    (tmp_path / "codes.tsv").write_text("code\ttissue\n0\tair\n7\tthorax\n9\tadipose\n")
+    settings = {"glandularity_percent": 20.0, "codes": str(tmp_path / "codes.tsv")}
+    taken = script("check_input").taken_by(settings, {"breast": 12.0, "chest": 16.0})
+    labels, notes = taken(read_label_map(tmp_path / "l.nii.gz"))
+    assert np.unique(labels.values).tolist() == [Label.AIR, Label.ADIPOSE, Label.THORAX]
+    assert notes[-1] == f"{60 * 60 * 5 / 1000:.0f} cm3 are thinner than half an element"

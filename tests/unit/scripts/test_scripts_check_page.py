@@ -18,13 +18,17 @@ TOLD = {
     "waits": False,
     "modelled": "prone",
     "stated": False,
-    "asked": {"found": False, "registered": False},
+    "asked": {"found": False, "registered": False, "sides": ["left", "right"]},
+    "element_mm": {"breast": 12.0, "chest": 16.0},
     "compression": {
         "sides": ["left", "right"],
         "depth_share": 0.5,
         "smallest_mm": 20.0,
     },
 }
+
+
+READ = {"how": {"series": "", "gaps": ""}, "codes": {"glandularity_percent": 20.0, "codes": ""}}
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +48,7 @@ def page(script, tmp_path):
 
     def made(given: dict, **told) -> tuple[str, list[str]]:
         given = {kind: str(path) for kind, path in given.items()}
-        row = {"position": "prone", "used": True, "there": True, "files": given, "gravity": "0 -1 0"}
+        row = {"position": "prone", "used": True, "there": True, "files": given, "gravity": "0 -1 0", **READ}
         out = {"page": str(tmp_path / "p.html"), "verdict": str(tmp_path / "p.json")}
         module.main("ada", [row], TOLD | told, out)
         return (tmp_path / "p.html").read_text(), json.loads((tmp_path / "p.json").read_text())["stops"]
@@ -74,17 +78,19 @@ def test_rejected_labels_have_their_codes_as_a_picture(page, files, tmp_path):
     others = np.where(files.labels.values == Label.THORAX, np.uint8(50), files.labels.values)
     write_labels(LabelMap(files.labels.grid, others), tmp_path / "codes.nii.gz")
     text, (why,) = page({"labels": tmp_path / "codes.nii.gz"})
-    assert "unknown labels 50" in why
+    assert "has no tissue for code 50" in why
     assert "1 reason to stop" in text
     assert "data:image/png" in text
 
 
-def test_labels_of_one_breast_stop_where_two_nipples_would_be_looked_for(page, files, tmp_path):
+def test_labels_of_one_breast_stop_where_both_are_asked_for(page, files, tmp_path):
     grid, left = files.labels.grid, files.labels.values[:, :, files.labels.grid.shape[2] // 2 :]
     half = Grid(left.shape, grid.spacing, grid.origin + [grid.spacing[0] * (grid.shape[2] // 2), 0, 0])
     write_labels(LabelMap(half, left), tmp_path / "one.nii.gz")
     _, stops = page({"labels": tmp_path / "one.nii.gz"})
-    assert any("one.nii.gz: the nipples found are" in why and "one breast" in why for why in stops)
+    (why,) = stops
+    assert "one.nii.gz holds the left breast alone, and left and right are asked for" in why
+    assert "set compression.sides: [left]" in why
 
 
 def test_a_file_that_cannot_be_read_and_one_that_can_stand_on_one_page(page, files, tmp_path):

@@ -1,0 +1,204 @@
+"""Label maps as other programs write them, each voxel as a tissue.
+
+A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type.
+`.seg.nrrd` of 3D Slicer says by name what its segments are, which may overlap. Codes are explained by a
+preset of `data/label_codes.csv`, by a table of `code` and `tissue`, by a label description file of ITK-
+SNAP, or by the `dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
+"""
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import SimpleITK as sitk
+
+from mammosim.core.errors import ImageError
+from mammosim.core.volume import Grid, LabelMap
+from mammosim.io.dicom_segmentation import is_seg, read_seg
+from mammosim.io.images import grid_of
+from mammosim.io.label_codes import (
+    ELSEWHERE,
+    OWN,
+    TISSUES,
+    explained,
+    fits,
+    is_preset,
+    meaning_of,
+    of_names,
+    presets,
+)
+from mammosim.io.missing import require_there
+
+ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
+SHOWN = 8  # codes that a message lists
+GIVE = "give a preset, or a table of code and tissue"
+
+
+@dataclass(frozen=True)
+class CodedMap:
+    """A label map as a file has it: codes (nz, ny, nx) int32 on a grid; names: of codes, where told."""
+
+    grid: Grid
+    codes: np.ndarray
+    path: str
+    names: Mapping[int, str] = field(default_factory=dict)
+
+    @classmethod
+    def of_segments(cls, grid: Grid, segments: Sequence[tuple[str, np.ndarray]], path: str) -> "CodedMap":
+        """Of names with masks (nz, ny, nx), which may overlap: the n-th has the code n.
+
+        A later one lies over an earlier one, and all lie over a whole breast.
+        """
+        codes = np.zeros(grid.shape, np.int32)
+        numbered = list(enumerate(segments, 1))
+        for n, (_, mask) in sorted(numbered, key=lambda each: meaning_of(each[1][0]) != "breast"):
+            codes[mask] = n
+        return cls(grid, codes, path, {n: name for n, (name, _) in numbered})
+
+    @property
+    def found(self) -> tuple[int, ...]:
+        """The codes that some voxel has, lowest first."""
+        return tuple(np.unique(self.codes).tolist())
+
+
+def read_label_map(path: str | Path) -> CodedMap:
+    """A label map, its axes as those of `io.images`.
+
+    Raises ImageError: absent, unreadable, DICOM images, not one volume, or values that are no whole numbers.
+    """
+    if not Path(path).exists():
+        raise ImageError(f"no label map {path}; correct the path")
+    if Path(path).suffix == ".zip":
+        return _unpacked(path)
+    if is_seg(path):
+        grid, codes, names = read_seg(path)
+        return CodedMap(grid, codes.astype(np.int32), str(path), names)
+    if Path(path).is_dir() or _is_dicom(path):
+        raise ImageError(f"{path} holds no DICOM segmentation; give that, or one of: {', '.join(ENDINGS)}")
+    require_there(path)
+    try:
+        volume = sitk.ReadImage(str(path))
+    except RuntimeError:
+        raise ImageError(f"{path} is not a readable label map; give one of: {', '.join(ENDINGS)}") from None
+    return _coded(volume, str(path))
+
+
+def tissue_map(coded: CodedMap, codes: str = "") -> LabelMap:
+    """Each voxel's Label, or BREAST or IGNORE.
+
+    codes: a preset, or a file that explains them; without it, names that the map's own file has, else OWN.
+    Raises ImageError: a code is not explained, or its name is of no tissue; ConfigurationError: no such file.
+    """
+    meaning = _meanings(coded, codes)
+    whose = codes or (coded.path if coded.names else OWN)
+    if unknown := [code for code in coded.found if code not in meaning]:
+        raise ImageError(
+            f"{coded.path}: {whose} has no tissue for {_listed(unknown)} of {_listed(coded.found, '')}; "
+            f"in the column codes {GIVE} ({fits(coded.found)})"
+        )
+    if unnamed := [code for code in coded.found if not meaning[code]]:
+        raise ImageError(
+            f"{coded.path}: the name of {_listed(unnamed)} in {whose} is of no tissue; rename it to one of: "
+            f"{', '.join(TISSUES)}; or in the column codes {GIVE}"
+        )
+    if ELSEWHERE in (meaning[code] for code in coded.found):
+        raise ImageError(f"{coded.path}: {codes} has no breast; give it in one file with it, as segments")
+    found = np.array(coded.found)
+    values = np.array([TISSUES[meaning[code]] for code in coded.found], np.uint8)
+    return LabelMap(coded.grid, values[np.searchsorted(found, coded.codes)])
+
+
+def _meanings(coded: CodedMap, codes: str) -> Mapping[int, str]:
+    """Code -> tissue."""
+    if is_preset(codes):
+        return presets()[codes]
+    if codes:
+        return explained(codes)
+    return of_names(coded.names) if coded.names else presets()[OWN]
+
+
+def _listed(codes: Sequence[int], word: str = "code") -> str:
+    """'codes -5, 2', at most SHOWN of them; without a word the numbers alone."""
+    numbers = ", ".join(map(str, codes[:SHOWN])) + (", ..." if len(codes) > SHOWN else "")
+    return f"{word}{'s' * (len(codes) > 1)} {numbers}" if word else numbers
+
+
+def _is_dicom(path: str | Path) -> bool:
+    with Path(path).open("rb") as file:
+        return file.read(132)[128:] == b"DICM"
+
+
+def _unpacked(path: str | Path) -> CodedMap:
+    """The only label map of an archive."""
+    try:
+        with zipfile.ZipFile(path) as archive, TemporaryDirectory() as folder:
+            inside = [name for name in archive.namelist() if name.lower().endswith(ENDINGS)]
+            if len(inside) != 1:
+                raise ImageError(
+                    f"{path} holds {len(inside)} label maps; give one with exactly one, or unpack it"
+                )
+            archive.extractall(folder)
+            found = read_label_map(Path(folder) / inside[0])
+    except (zipfile.BadZipFile, OSError, RuntimeError):
+        raise ImageError(f"{path} is damaged, or locked by a password; pack it again, or unpack it") from None
+    return CodedMap(found.grid, found.codes, str(path), found.names)
+
+
+def _coded(volume: sitk.Image, path: str) -> CodedMap:
+    if volume.GetDimension() != 3:
+        raise ImageError(f"{path} has {volume.GetDimension()} dimensions; give a label map of 3")
+    segments = _segments(volume)
+    layers = volume.GetNumberOfComponentsPerPixel()
+    if layers == 1:
+        turned = sitk.DICOMOrient(volume, "LPS")
+        names = {code: name for name, _, code in segments}
+        return CodedMap(_grid(turned, path), _whole(sitk.GetArrayFromImage(turned), path), path, names)
+    if not segments:
+        raise ImageError(
+            f"{path} has {layers} values per voxel and no segments; give a label map of one value"
+        )
+    turned = [
+        sitk.DICOMOrient(sitk.VectorIndexSelectionCast(volume, layer), "LPS") for layer in range(layers)
+    ]
+    codes = [_whole(sitk.GetArrayFromImage(each), path) for each in turned]
+    masks = [(name, codes[layer] == code) for name, layer, code in segments if layer < layers]
+    return CodedMap.of_segments(_grid(turned[0], path), masks, path)
+
+
+def _segments(volume: sitk.Image) -> list[tuple[str, int, int]]:
+    """Name, layer and code of each segment that 3D Slicer wrote, in its order."""
+    keys = set(volume.GetMetaDataKeys())
+    found = []
+    for n in range(len(keys)):
+        if f"Segment{n}_LabelValue" not in keys:
+            break
+        of = {key: volume.GetMetaData(f"Segment{n}_{key}") for key in ("Name", "Layer", "LabelValue")
+              if f"Segment{n}_{key}" in keys}  # fmt: skip
+        found.append((of.get("Name", ""), int(of.get("Layer", 0)), int(of["LabelValue"])))
+    return found
+
+
+def _grid(volume: sitk.Image, path: str) -> Grid:
+    """Where the voxels are. Raises ImageError where that is not finite."""
+    numbers = (*volume.GetSpacing(), *volume.GetOrigin(), *volume.GetDirection())
+    if not np.isfinite(numbers).all():
+        raise ImageError(
+            f"{path}: spacing, origin and axes must be finite numbers; export the label map again"
+        )
+    return grid_of(volume)
+
+
+def _whole(values: np.ndarray, path: str) -> np.ndarray:
+    """Codes (nz, ny, nx) int32. Raises ImageError unless all values are whole numbers that fit."""
+    if not np.isfinite(values).all():
+        raise ImageError(f"{path} has values that are no numbers; export the label map again")
+    codes: np.ndarray = values.astype(np.int32)
+    if not np.array_equal(codes, values):
+        low, high = float(values.min()), float(values.max())
+        raise ImageError(
+            f"{path} has values from {low:g} to {high:g} that are no whole numbers: is it an image?"
+        )
+    return codes

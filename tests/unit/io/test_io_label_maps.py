@@ -1,0 +1,243 @@
+"""Label maps of other programs: formats, overlapping segments, and codes with what explains them."""
+
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import SimpleITK as sitk
+
+from mammosim.core.errors import ConfigurationError, ImageError
+from mammosim.core.labels import Label
+from mammosim.core.volume import Grid
+from mammosim.io.label_codes import BREAST, IGNORE, fits, meaning_of, presets
+from mammosim.io.label_maps import CodedMap, read_label_map, tissue_map
+
+DATA = Path(__file__).parents[3].parent / "shared/data"
+SHAPE = (3, 4, 5)
+GRID = Grid(SHAPE, np.array([1.0, 2.0, 3.0]), np.array([-7.0, 5.0, 11.0]))
+
+
+def coded(*codes: int, **about) -> CodedMap:
+    """A map whose first voxels have these codes, all others the first one."""
+    values = np.full(SHAPE, codes[0], np.int32)
+    values.ravel()[: len(codes)] = codes
+    return CodedMap(GRID, values, "mine.nrrd", **about)
+
+
+def written(path, values: np.ndarray, **metadata: str):
+    """The file of these values (nz, ny, nx) or (nz, ny, nx, layer)."""
+    volume = sitk.GetImageFromArray(values, isVector=values.ndim == 4)
+    volume.SetSpacing(GRID.spacing.tolist())
+    volume.SetOrigin(GRID.origin.tolist())
+    for key, value in metadata.items():
+        volume.SetMetaData(key, value)
+    sitk.WriteImage(volume, str(path))
+    return path
+
+
+@pytest.mark.parametrize("ending", [".nii", ".nii.gz", ".nrrd", ".mha", ".mhd"])
+@pytest.mark.parametrize("kind", [np.int16, np.float32, np.uint16])
+def test_every_format_and_whole_type_gives_the_same_codes_in_the_same_place(tmp_path, ending, kind):
+    values = np.zeros(SHAPE, kind)
+    values[0, 1, 2] = 4
+    if kind is not np.uint16:
+        values[2, 3, 4] = -300
+    found = read_label_map(written(tmp_path / f"l{ending}", values))
+    assert np.array_equal(found.codes, values)
+    assert found.grid.same_as(GRID)
+    assert found.found == tuple(np.unique(values).astype(int))
+
+
+def test_axes_are_turned_to_left_posterior_superior(tmp_path):
+    volume = sitk.GetImageFromArray(np.arange(60, dtype=np.int16).reshape(SHAPE))
+    sitk.WriteImage(sitk.DICOMOrient(volume, "RSA"), str(tmp_path / "l.mha"))
+    assert np.array_equal(read_label_map(tmp_path / "l.mha").codes, np.arange(60).reshape(SHAPE)), (
+        "the same voxels, whatever the order of the axes in the file"
+    )
+
+
+def test_an_archive_holds_one_map(tmp_path):
+    written(tmp_path / "l.mha", np.full(SHAPE, -3, np.int16))
+    with zipfile.ZipFile(tmp_path / "one.zip", "w") as archive:
+        archive.write(tmp_path / "l.mha", "Label_map/l.mha")
+        archive.writestr("Label_map/read me.txt", "x")
+    found = read_label_map(tmp_path / "one.zip")
+    assert (found.found, found.path) == ((-3,), str(tmp_path / "one.zip"))
+    with zipfile.ZipFile(tmp_path / "two.zip", "w") as archive:
+        archive.write(tmp_path / "l.mha", "a.mha")
+        archive.write(tmp_path / "l.mha", "b.mha")
+    with pytest.raises(ImageError, match=r"two\.zip holds 2 label maps"):
+        read_label_map(tmp_path / "two.zip")
+    (tmp_path / "no.zip").write_bytes(b"no archive")
+    with pytest.raises(ImageError, match=r"no\.zip is damaged"):
+        read_label_map(tmp_path / "no.zip")
+
+
+@pytest.mark.data
+def test_a_published_map_comes_straight_out_of_its_archive():
+    """Signed codes, axes right, superior, anterior; its first voxel in LPS, and a breast of many litres."""
+    path = DATA / "pelicano_exam10_label_map_simple.zip"
+    if not path.exists():
+        pytest.skip(f"the label map {path.name} is not beside the checkout (shared/data)")
+    found = read_label_map(path)
+    assert found.found == (-3, -2, -1, 0, 1)
+    assert np.allclose(found.grid.direction, np.eye(3))
+    assert fits(found.found).startswith("fits preset pelicano_simple")
+    breast = tissue_map(found, "pelicano_simple").values == BREAST
+    assert breast.sum() * found.grid.voxel_volume == pytest.approx(4.655e6, rel=1e-3)
+
+
+def test_what_is_no_label_map_is_named(tmp_path):
+    half = written(tmp_path / "half.nii", np.linspace(0, 0.5, 60, dtype=np.float32).reshape(SHAPE))
+    with pytest.raises(ImageError, match=r"half\.nii has values from 0 to 0\.5 that are no whole numbers"):
+        read_label_map(half)
+    with pytest.raises(ImageError, match=r"nan\.nrrd has values that are no numbers"):
+        read_label_map(written(tmp_path / "nan.nrrd", np.full(SHAPE, np.nan, np.float32)))
+    with pytest.raises(ImageError, match=r"two\.nrrd has 2 values per voxel and no segments"):
+        read_label_map(written(tmp_path / "two.nrrd", np.zeros((*SHAPE, 2), np.uint8)))
+    (tmp_path / "text.nrrd").write_text("no image")
+    with pytest.raises(ImageError, match=r"text\.nrrd is not a readable label map; give one of: \.nii"):
+        read_label_map(tmp_path / "text.nrrd")
+    with pytest.raises(ImageError, match=r"no label map .*absent\.nrrd"):
+        read_label_map(tmp_path / "absent.nrrd")
+
+
+def test_dicom_is_named_and_not_guessed(tmp_path):
+    (tmp_path / "seg").write_bytes(bytes(128) + b"DICM" + bytes(20))
+    with pytest.raises(ImageError, match=r"seg holds no DICOM segmentation; give that, or one of: \.nii"):
+        read_label_map(tmp_path / "seg")
+
+
+SEGMENTS = {"Segment0_Name": "Breast", "Segment0_LabelValue": "1", "Segment1_Name": "Dense tissue"}
+
+
+def test_segments_of_slicer_have_the_tissues_of_their_names(tmp_path):
+    values = np.zeros(SHAPE, np.uint8)
+    values[1], values[2] = 1, 5
+    found = tissue_map(
+        read_label_map(written(tmp_path / "l.seg.nrrd", values, **SEGMENTS, Segment1_LabelValue="5"))
+    )
+    assert found.values[:, 0, 0].tolist() == [Label.AIR, BREAST, Label.GLANDULAR]
+
+
+def test_overlapping_segments_lie_over_a_whole_breast_whatever_their_order(tmp_path):
+    layers = np.zeros((*SHAPE, 2), np.uint8)
+    layers[1:, ..., 1] = 1  # the breast
+    layers[2, ..., 0] = 1  # dense tissue in it
+    about = {
+        **{"Segment0_Name": "Dense", "Segment0_LabelValue": "1", "Segment0_Layer": "0"},
+        **{"Segment1_Name": "Breast", "Segment1_LabelValue": "1", "Segment1_Layer": "1"},
+    }
+    found = tissue_map(read_label_map(written(tmp_path / "l.seg.nrrd", layers, **about)))
+    assert found.values[:, 0, 0].tolist() == [Label.AIR, BREAST, Label.GLANDULAR]
+
+
+def test_names_of_a_file_that_no_voxel_has_are_not_asked_for():
+    assert tissue_map(coded(0, 1, names={1: "Fat", 2: "Label 2"})).values.ravel()[1] == Label.ADIPOSE
+
+
+def test_a_name_without_a_meaning_is_not_shown_since_it_may_be_a_patients():
+    with pytest.raises(
+        ImageError, match=r"^mine\.nrrd: the name of code 2 in mine\.nrrd is of no tissue"
+    ) as error:
+        tissue_map(coded(0, 1, 2, names={1: "Fat", 2: "Jane Roe"}))
+    assert "Roe" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "tissue"),
+    [
+        ("Left_Fibroglandular tissue", "glandular"),
+        ("PECTORAL MUSCLE (R)", "muscle"),
+        ("Clear Label", "air"),
+        ("breast-left", "breast"),
+        ("implant", ""),
+    ],
+)
+def test_names_mean_the_same_with_side_case_and_signs(name, tissue):
+    assert meaning_of(name) == tissue
+
+
+PELICANO = (-4, -3, -2, -1, 0, 1)
+
+
+def test_presets_have_the_published_codes():
+    assert tissue_map(coded(*PELICANO), "pelicano_simple").values.ravel()[:6].tolist() == [
+        *(Label.LESION, Label.LESION, Label.SKIN, Label.MUSCLE, Label.AIR, BREAST)
+    ]
+    victre = (0, 1, 2, 29, 33, 40, 88, 95, 125, 150, 225)
+    assert set(victre) < set(presets()["victre"])
+    assert tissue_map(coded(*victre), "victre").values.ravel()[1:6].tolist() == [
+        *(Label.ADIPOSE, Label.SKIN, Label.GLANDULAR, Label.SKIN, Label.MUSCLE)
+    ]
+    assert presets()["mammosim"] == {int(label): label.tissue for label in Label}
+
+
+def test_codes_without_a_meaning_are_listed_with_the_presets_they_fit():
+    words = (
+        r"mammosim has no tissue for codes -4, -3, -2, -1 of .*, 1; .*fits preset pelicano_simple or pelic"
+    )
+    with pytest.raises(ImageError, match=words):
+        tissue_map(coded(*PELICANO))
+    with pytest.raises(
+        ImageError, match=r"no tissue for code 12 of 1, 12; .*\(presets are: mammosim, pelicano"
+    ):
+        tissue_map(coded(1, 12))
+
+
+def test_the_vessels_and_dense_tissue_of_duke_are_no_breast():
+    with pytest.raises(ImageError, match="duke has no breast; give it in one file with it, as segments"):
+        tissue_map(coded(0, 1, 2), "duke")
+
+
+def test_a_table_explains_codes(tmp_path):
+    table = tmp_path / "codes.tsv"
+    table.write_text("code\ttissue\n-7\tAdipose # fat\n300\tignore\n")
+    assert tissue_map(coded(-7, 300), str(table)).values.ravel()[:2].tolist() == [Label.ADIPOSE, IGNORE]
+    for text, words in {
+        "code\tlabel\n1\tfat\n": "has the columns code, label; it needs code and tissue",
+        "code\ttissue\n1\tfat\n": "row 1 names no tissue; choose among: air, adipose",
+        "code\ttissue\none\tadipose\n": "a code is no whole number",
+        "code\ttissue\n1\tadipose\n1\tskin\n": "a code stands twice",
+    }.items():
+        table.write_text(text)
+        with pytest.raises(ConfigurationError, match=words):
+            tissue_map(coded(1), str(table))
+    with pytest.raises(
+        ConfigurationError, match=r"codes 'pelican' is no file and no preset; presets are: mammosim"
+    ):
+        tissue_map(coded(1), "pelican")
+
+
+def test_a_label_description_file_of_itk_snap_explains_codes(tmp_path):
+    file = tmp_path / "labels.txt"
+    file.write_text(
+        "# ITK-SnAP Label Description File\n"
+        '    0     0    0    0        0  0  0    "Clear Label"\n'
+        '    1   255    0    0        1  1  1    "Fat"\n'
+        '    9     0  255    0      0.5  1  1    "Pectoral muscle"\n'
+    )
+    found = tissue_map(coded(0, 1, 9), str(file)).values.ravel()[:3]
+    assert found.tolist() == [Label.AIR, Label.ADIPOSE, Label.MUSCLE]
+    file.write_text("1 fat\n")
+    with pytest.raises(ConfigurationError, match=r"labels\.txt is no label description file of ITK-SNAP"):
+        tissue_map(coded(0, 1), str(file))
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        {"background": 0, "fat": 1, "FGT": 2, "ignore": 3},
+        {"0": "background", "1": "fat", "2": "FGT", "3": "ignore"},
+    ],
+)
+def test_a_dataset_of_nnunet_explains_codes(tmp_path, labels):
+    file = tmp_path / "dataset.json"
+    file.write_text(json.dumps({"labels": labels}))
+    found = tissue_map(coded(0, 1, 2, 3), str(file)).values.ravel()[:4]
+    assert found.tolist() == [Label.AIR, Label.ADIPOSE, Label.GLANDULAR, IGNORE]
+    file.write_text(json.dumps({"labels": {"breast": [1, 2]}}))
+    with pytest.raises(ConfigurationError, match=r"dataset\.json has no `labels` with a whole number each"):
+        tissue_map(coded(0, 1), str(file))
