@@ -46,7 +46,7 @@ def load_scan(files: Mapping[str, str]) -> Image:
 
 def load_strokes(files: Mapping[str, str]) -> pd.DataFrame:
     """Columns x_mm, y_mm, z_mm, tissue."""
-    return read_table(files["strokes"])
+    return read_table(files["strokes"], by_hand=True)
 
 
 def load_given_labels(files: Mapping[str, str]) -> LabelMap:
