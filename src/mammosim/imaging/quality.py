@@ -18,7 +18,13 @@ FINEST_MM = 1.0
 THIRD_LETTER = {"prone": "P", "supine": "S", "supine_tilted": "S"}
 # ASSUME: an image of a chest is 80 to 1000 mm wide or deep; a chest is 250 to 500 mm wide, one breast 100.
 SMALLEST_VIEW_MM, LARGEST_VIEW_MM = 80.0, 1000.0
-UNITS_MM = {"cm": 10.0, "m": 1000.0, "inches": 25.4, "micrometres": 1e-3, "tenths of mm": 0.1}
+UNITS_MM = {
+    "cm": 10.0,
+    "inches": 25.4,
+    "m (or in mm, and declared as micrometres)": 1000.0,
+    "micrometres (or in mm, and declared as m)": 1e-3,
+    "tenths of mm": 0.1,
+}
 # ASSUME: breasts hang only where they stand out 20 mm or more in front of the breastbone, and 0.35 or more of
 # their width at half of that; they lie only up to 60 mm and 0.6. Digital volunteers: 36 to 64 mm and 0.48 to
 # 0.63 prone, 24 to 30 mm and 0.30 supine, up to 42 mm and 0.40 tilted, by the breast that stands out more.

@@ -117,7 +117,7 @@ def _nrrd_stored(path: Path, header: Mapping[str, str], end: int) -> Stored:
 
 
 def require_whole_metaimage(path: Path) -> None:
-    """Raises ImageError: cut short or damaged, another unit than mm, axes not at right angles."""
+    """Raises ImageError: cut short, damaged, no axes stated or not at right angles, not in mm."""
     header, end = _meta_header(path)
     if (unit := header.get("distanceunits", "mm").strip("?").lower()) not in ("", "mm"):
         raise ImageError(f"{path}: DistanceUnits is {unit}, not mm; save it in mm")
@@ -128,7 +128,11 @@ def require_whole_metaimage(path: Path) -> None:
             f"{path}: ElementSpacing {spacing.tolist()} must be positive; export the image again"
         )
     _meta_stored(path, header, end, counts).require_whole(path)
-    matrix = next((header[name] for name in META_MATRIX if name in header), "1 0 0 0 1 0 0 0 1")
+    matrix = next((header[name] for name in META_MATRIX if name in header), None)
+    if matrix is None:
+        raise ImageError(
+            f"{path} says not where left is: it has no TransformMatrix; save it with 3D Slicer or ITK"
+        )
     if len(counts) == len(spacing) == 3 and len(matrix.split()) == 9:
         require_rigid(np.array(matrix.split(), float).reshape(3, 3).T * spacing, counts, path)
 

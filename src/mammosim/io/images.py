@@ -15,7 +15,7 @@ from mammosim.io.atomic import replacing
 from mammosim.io.headers import require_whole_metaimage, require_whole_nrrd
 from mammosim.io.missing import require_there
 from mammosim.io.nifti import is_nifti, read_nifti
-from mammosim.io.whole import require_written, unpacked
+from mammosim.io.whole import AGAIN, require_written, unpacked
 
 
 def read_image(path: str | Path) -> Image:
@@ -75,9 +75,13 @@ def image_of(volume: sitk.Image) -> Image:
 def _read(path: str | Path) -> sitk.Image:
     if not Path(path).is_file():
         raise ImageError(f"no image {path}; run the stage that makes it, or correct the path")
-    require_there(path)
     try:
+        require_there(path)
         volume = _volume(Path(path))
+    except OSError as error:
+        raise ImageError(
+            f"{path} cannot be read: {error.strerror}; see to its permissions and disk"
+        ) from None
     except (RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({reason})") from error
@@ -94,6 +98,8 @@ def _volume(path: Path) -> sitk.Image:
     """The volume of a file, which is whole. By its first bytes, whatever its name."""
     with unpacked(path) as file:
         head = file.read(4)
+    if not head:
+        raise ImageError(f"{path} is empty; {AGAIN}")
     if is_nifti(head):
         return read_nifti(path)
     if head == b"NRRD":

@@ -156,7 +156,7 @@ def test_one_breast_beside_which_the_image_ends_is_usable() -> None:
     ("factor", "guess"),
     [
         (0.1, r"are its lengths in cm\?"),
-        (1e-3, r"in m\?"),
+        (1e-3, r"in m \(or in mm, and declared as micrometres\)\?"),
         (1 / 25.4, r"in cm or inches\?"),
         (1e3, "in micrometres"),
     ],

@@ -82,6 +82,7 @@ def test_a_header_without_its_voxels_is_named(tmp_path, name):
         ("a.nrrd", b"sizes: 28 24 20", b"sizes: 28 24 x", r"a\.nrrd is not a readable image"),
         ("a.mha", b"NDims", b"DistanceUnits = cm\nNDims", "DistanceUnits is cm, not mm"),
         ("a.mha", b"ElementSpacing = 1 ", b"ElementSpacing = -1 ", "must be positive"),
+        ("a.mha", b"TransformMatrix", b"Comment", "says not where left is: it has no TransformMatrix"),
         ("a.mha", b"ElementType = MET_SHORT\n", b"", "its header has no 'elementtype'"),
         ("a.mha", b"BinaryData = True", b"BinaryData = False", "voxels as text"),
     ],
