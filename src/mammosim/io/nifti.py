@@ -38,6 +38,7 @@ Order = Literal["<", ">"]
 TYPES = {
     2: "u1", 4: "i2", 8: "i4", 16: "f4", 64: "f8", 256: "i1", 512: "u2", 768: "u4", 1024: "i8", 1280: "u8",
 }  # fmt: skip
+LARGEST_START = 2**30
 UNIT_MM = {1: 1000.0, 2: 1.0, 3: 1e-3}  # metres, millimetres, micrometres; 0: not stated
 FLIPS = np.diag([-1.0, -1.0, 1.0])  # NIfTI's x rises to the right and y to anterior, ours to left, posterior
 SIDES = ("left and right", "front and back", "head and feet")
@@ -60,7 +61,7 @@ def read_nifti(path: str | Path) -> sitk.Image:
         header = _header(head + file.read(size - 4), order, size, path)
         shape, spacing, A = _shape(header, path), _spacing(header, path), _placement(header, path)
         dtype = _dtype(header, order, path)
-        file.read(max(int(header["vox_offset"]) - size, 0) or 4)
+        file.read(_gap(header, size, path))
         values = _scaled(voxels_of(file, shape, dtype, path), header)
     volume = sitk.GetImageFromArray(values)
     volume.SetSpacing(spacing.tolist())
@@ -99,6 +100,14 @@ def _shape(header: Any, path: str | Path) -> tuple[int, int, int]:
         )
     nx, ny, nz = counts
     return nz, ny, nx
+
+
+def _gap(header: Any, size: int, path: str | Path) -> int:
+    """How many bytes stand between the header and the voxels: extensions, or 4."""
+    start = float(header["vox_offset"])
+    if not 0 <= start < LARGEST_START:
+        raise ImageError(f"{path}: its header is damaged: voxels start at byte {start:g}; copy it again")
+    return max(int(start) - size, 0) or 4
 
 
 def _dtype(header: Any, order: Order, path: str | Path) -> np.dtype:

@@ -43,12 +43,16 @@ def read_rows(path: str | Path, *, by_hand: bool = False) -> pd.DataFrame:
     """As read_table, with the rows of results that are missing. Columns of NAMES hold text, even '007'.
 
     by_hand: a person wrote it, whose last line may have no end.
-    Raises TableError when the table is cut short: no header, no end of its last line, or a row with more or
-    fewer cells than there are columns.
+    Raises TableError when the table is cut short or damaged: no header, no end of its last line, a row with
+    more or fewer cells than there are columns, a quotation mark without its fellow, no UTF-8.
     """
     text = Path(path).read_bytes()
     _require_whole(text, path, by_hand)
-    return pd.read_csv(BytesIO(text), keep_default_na=False, na_values=[""], dtype=dict.fromkeys(NAMES, str))
+    names = dict.fromkeys(NAMES, str)
+    try:
+        return pd.read_csv(BytesIO(text), keep_default_na=False, na_values=[""], dtype=names)
+    except ValueError as error:  # a quotation mark without its fellow, or bytes that are no UTF-8
+        raise TableError(f"{path} is damaged ({' '.join(str(error).split())}); {AGAIN}") from None
 
 
 def _require_whole(text: bytes, path: str | Path, by_hand: bool) -> None:

@@ -18,6 +18,7 @@ from mammosim.core.errors import ImageError
 GZIP = b"\x1f\x8b"
 AGAIN = "copy it again from where it came, or delete it and run the stage that makes it"
 CHUNK = 1 << 20
+MOST_PACKED = 1032  # bytes that one byte of gzip can stand for: https://zlib.net/zlib_tech.html
 
 
 @contextmanager
@@ -82,6 +83,12 @@ def voxels_of(file: BinaryIO, shape: tuple[int, ...], dtype: np.dtype, path: str
 
     Raises ImageError where fewer or more bytes are there than the header states.
     """
+    needed, size = int(np.prod(shape, dtype=float)) * dtype.itemsize, Path(path).stat().st_size
+    if needed > MOST_PACKED * size:
+        raise ImageError(
+            f"{path} ends early: its {size} bytes cannot hold the {needed} bytes of voxels that its header "
+            f"states; {AGAIN}"
+        )
     values = np.empty(shape, dtype)
     room = values.reshape(-1).view(np.uint8).data
     there = 0

@@ -178,6 +178,11 @@ def test_bytes_are_counted_against_the_header(tmp_path):
         ({"dim": (4, 7, 6, 1, 5, 1, 1, 1)}, r"has 4 dimensions, 7 x 6 x 1 x 5; give one volume"),
         ({"dim": (2, 7, 6, 1, 1, 1, 1, 1)}, "has 2 dimensions"),
         ({"dim": (3, 7, -6, 5, 1, 1, 1, 1)}, "its header is damaged"),
+        (
+            {"dim": (3, 30000, 30000, 30000, 1, 1, 1, 1)},
+            r"bytes cannot hold the 108000000000000 bytes of vox",
+        ),
+        ({"vox_offset": (np.inf,)}, "its header is damaged: voxels start at byte inf"),
     ],
 )
 def test_a_header_that_cannot_be_believed_is_rejected_in_one_line(tmp_path, fields, message):

@@ -110,6 +110,13 @@ def test_a_table_without_all_its_cells_is_rejected(tmp_path: Path, text: str, me
         read_table(tmp_path / "t.csv")
 
 
+@pytest.mark.parametrize("wrong", [b'a,name\n1,"left\n', b"a,name\n1,\xb3left\n", b"a,b\n1,2\n\xff\xfe,3\n"])
+def test_a_table_with_a_wrong_byte_is_named(tmp_path: Path, wrong: bytes) -> None:
+    (tmp_path / "t.csv").write_bytes(wrong)
+    with pytest.raises(TableError, match=r"t\.csv( is damaged|: row)"):
+        read_table(tmp_path / "t.csv")
+
+
 def test_a_table_may_be_empty_where_that_is_meant(tmp_path: Path) -> None:
     write_table(pd.DataFrame(columns=["a", "b"]), tmp_path / "t.csv")
     assert read_table(tmp_path / "t.csv", may_be_empty=True).columns.tolist() == ["a", "b"]
