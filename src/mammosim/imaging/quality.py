@@ -13,6 +13,8 @@ from mammosim.imaging.outline import body_mask, bright_level, coarsened, spread
 LARGEST_ANGLE_DEG = 60.0
 # ASSUME: tissue that covers less than 50 mm2 of a border is noise or a marker, not a breast that is cut off.
 SMALLEST_CUT_MM2 = 50.0
+# ASSUME: what stands out less than a quarter as far as the breasts do is an arm or the side of the chest.
+SIDE_PART = 0.25
 FINEST_MM = 1.0
 # Third letter of the PatientPosition tag: prone or supine on the table (DICOM PS3.3 C.7.3.1.1.2).
 THIRD_LETTER = {"prone": "P", "supine": "S", "supine_tilted": "S"}
@@ -122,7 +124,11 @@ def _require_size(image: Image) -> None:
 
 def _require_whole(body: np.ndarray, spacing: np.ndarray, position: str) -> None:
     dx, dy, dz = spacing
-    front, h, one = _front_half(body), _height(body, dy), _is_one_breast(body, spacing)
+    front, h, one = (
+        body[:, : _rows_of_breasts(body, spacing)],
+        _height(body, dy),
+        _is_one_breast(body, spacing),
+    )
     ends = {"right": h[0], "left": h[-1]}
     beside = [side for side, end in ends.items() if one and h.max() - end >= BESIDE_MM]
     faces = {
@@ -139,11 +145,24 @@ def _require_whole(body: np.ndarray, spacing: np.ndarray, position: str) -> None
             )
 
 
+def _rows_of_breasts(body: np.ndarray, spacing: np.ndarray) -> int:
+    """How many rows, the foremost first, show breasts; farther back arms and sides may leave the image."""
+    if _is_one_breast(body, spacing):
+        return _middle_row(body)
+    front = _front(body)
+    midline = front[int(np.flatnonzero(front < body.shape[1]).mean())]
+    return int(np.ceil(midline - SIDE_PART * (midline - front.min())))
+
+
+def _middle_row(body: np.ndarray) -> int:
+    rows = np.flatnonzero(body.any(axis=(0, 2)))
+    return int(rows[0] + rows[-1] + 1) // 2
+
+
 def _front_half(body: np.ndarray) -> np.ndarray:
     """The body's front half in depth; behind it arms and back may leave the image."""
-    rows = np.flatnonzero(body.any(axis=(0, 2)))
     front = body.copy()
-    front[:, (rows[0] + rows[-1] + 1) // 2 :, :] = False
+    front[:, _middle_row(body) :, :] = False
     return front
 
 

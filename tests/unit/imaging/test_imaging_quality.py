@@ -64,6 +64,15 @@ def test_a_breast_that_is_cut_off_is_rejected(render, side, window) -> None:
         require_usable(scan.image, position="prone", gravity=PRONE)
 
 
+def test_arms_and_sides_may_leave_the_image() -> None:
+    """As where the arms lie beside the head: nearly level with the breastbone, far behind the tips."""
+    image = body(stands_out_mm=80)
+    side = image.values.copy()
+    _, y, z = image.grid.centres().T.reshape(3, *image.grid.shape)
+    side[(y > -14) & (y < 80) & (z > 50)] = 1000
+    judge(Image(image.grid, side), "prone")
+
+
 def test_the_quality_row_states_geometry_noise_and_margins(chest) -> None:
     row = image_quality(chest.image, position="prone")
     assert (row["spacing_z_mm"], row["extent_x_mm"], row["tilt_deg"]) == (4.0, 328.0, 0.0)
