@@ -70,12 +70,12 @@ def require_whole_nrrd(path: Path) -> None:
     if any(unit.strip('"') != "mm" for unit in header.get("space units", "").split()):
         raise ImageError(f"{path}: space units are {header['space units']}, not mm; save it in mm")
     _nrrd_stored(path, header, end).require_whole(path)
-    counts, vectors = header["sizes"].split(), header.get("space directions", "")
-    axes = [
-        np.array(v.strip("()").split(","), float) for v in vectors.replace(", ", ",").split() if v != "none"
-    ]
-    if len(axes) == 3 and len(counts) == 3:
-        require_rigid(np.column_stack(axes), [int(n) for n in counts], path)
+    vectors = header.get("space directions", "").replace(", ", ",").split()
+    steps = {n: v for n, v in enumerate(vectors) if v != "none"}  # none: of an axis of segments or colours
+    if len(steps) == 3:
+        axes = np.column_stack([np.array(v.strip("()").split(","), float) for v in steps.values()])
+        counts = header["sizes"].split()
+        require_rigid(axes, [int(counts[n]) for n in steps], path)
 
 
 def _nrrd_header(path: Path) -> tuple[dict[str, str], int]:

@@ -72,12 +72,14 @@ def image_of(volume: sitk.Image) -> Image:
     return Image(grid_of(volume), sitk.GetArrayFromImage(volume).astype(np.float32))
 
 
-def _read(path: str | Path) -> sitk.Image:
-    if not Path(path).is_file():
-        raise ImageError(f"no image {path}; run the stage that makes it, or correct the path")
+def whole_volume(path: str | Path) -> sitk.Image:
+    """What a file holds, of any number of dimensions where it is no NIfTI, its axes not turned.
+
+    By its first bytes, whatever its name. Raises ImageError: not to be read, no image, cut short, a wrong
+    checksum, or not placed in the patient.
+    """
     try:
-        require_there(path)
-        volume = _volume(Path(path))
+        return _checked(Path(path))
     except OSError as error:
         raise ImageError(
             f"{path} cannot be read: {error.strerror}; see to its permissions and disk"
@@ -85,17 +87,9 @@ def _read(path: str | Path) -> sitk.Image:
     except (RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({reason})") from error
-    if volume.GetDimension() != 3 or volume.GetNumberOfComponentsPerPixel() != 1:
-        raise ImageError(
-            f"{path} has {volume.GetDimension()} dimensions and {volume.GetNumberOfComponentsPerPixel()} "
-            "components per voxel; give one volume: 3 dimensions, 1 component"
-        )
-    _require_finite(sitk.GetArrayViewFromImage(volume), path)
-    return sitk.DICOMOrient(volume, "LPS")
 
 
-def _volume(path: Path) -> sitk.Image:
-    """The volume of a file, which is whole. By its first bytes, whatever its name."""
+def _checked(path: Path) -> sitk.Image:
     with unpacked(path) as file:
         head = file.read(4)
     if not head:
@@ -109,6 +103,20 @@ def _volume(path: Path) -> sitk.Image:
     else:
         raise ValueError("it is no NIfTI, NRRD or MetaImage file, and one of .dcm is given by its folder")
     return sitk.ReadImage(str(path))
+
+
+def _read(path: str | Path) -> sitk.Image:
+    if not Path(path).is_file():
+        raise ImageError(f"no image {path}; run the stage that makes it, or correct the path")
+    require_there(path)
+    volume = whole_volume(path)
+    if volume.GetDimension() != 3 or volume.GetNumberOfComponentsPerPixel() != 1:
+        raise ImageError(
+            f"{path} has {volume.GetDimension()} dimensions and {volume.GetNumberOfComponentsPerPixel()} "
+            "components per voxel; give one volume: 3 dimensions, 1 component"
+        )
+    _require_finite(sitk.GetArrayViewFromImage(volume), path)
+    return sitk.DICOMOrient(volume, "LPS")
 
 
 def _require_finite(values: np.ndarray, path: str | Path) -> None:

@@ -37,10 +37,14 @@ def write_transform(transform: RigidTransform, path: str | Path) -> None:
     with replacing(path) as temporary:
         try:
             sitk.WriteTransform(itk_transform(transform), str(temporary))
+        except RuntimeError as error:
+            raise OSError(
+                errno.EIO, f"cannot be written ({' '.join(str(error).split())})", str(path)
+            ) from None
+        try:
             _whole(sitk.ReadTransform(str(temporary)), temporary)  # ITK says nothing where it finds no room
-        except (RuntimeError, ValueError) as error:
-            reason = " ".join(str(error).split())
-            raise OSError(errno.EIO, f"no room? It was not written whole ({reason})", str(path)) from None
+        except (RuntimeError, ValueError):
+            raise OSError(errno.ENOSPC, "no room: it was cut short; free some", str(path)) from None
 
 
 def itk_transform(transform: RigidTransform) -> sitk.AffineTransform:

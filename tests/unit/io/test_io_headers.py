@@ -9,7 +9,7 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import rotation
 from mammosim.core.volume import Grid
-from mammosim.io.images import itk_volume, read_image, read_labels
+from mammosim.io.images import itk_volume, read_image, read_labels, whole_volume
 
 GRID = Grid(
     (20, 24, 28), np.array([1.0, 1.5, 2.0]), np.array([-5.0, 6.0, 7.0]), rotation(np.array([2.0, -3, 5]))
@@ -104,3 +104,16 @@ def test_sheared_axes_are_named(tmp_path):
     # Axes at right angles differ from both by half of the angle, 0.1 rad, over 13.5 and 17.6 mm: 2.2 mm.
     with pytest.raises(ImageError, match=r"axes are sheared.*a corner is 2\.\d mm off, the limit is 1 mm"):
         read_image(path)
+
+
+def test_segments_that_overlap_are_checked_as_one_volume_is(tmp_path):
+    """As 3D Slicer writes them: a first axis of segments, which has no direction."""
+    segments = sitk.Compose(itk_volume(GRID, VALUES), itk_volume(GRID, VALUES))
+    sitk.WriteImage(segments, str(tmp_path / "a.seg.nrrd"), useCompression=True)
+    assert whole_volume(tmp_path / "a.seg.nrrd").GetNumberOfComponentsPerPixel() == 2
+    with pytest.raises(ImageError, match="has 3 dimensions and 2 components per voxel; give one volume"):
+        read_image(tmp_path / "a.seg.nrrd")
+    data = (tmp_path / "a.seg.nrrd").read_bytes()
+    (tmp_path / "a.seg.nrrd").write_bytes(data[:-20])
+    with pytest.raises(ImageError, match="ends early"):
+        whole_volume(tmp_path / "a.seg.nrrd")
