@@ -84,7 +84,7 @@ def whole_volume(path: str | Path) -> sitk.Image:
         raise ImageError(
             f"{path} cannot be read: {error.strerror}; see to its permissions and disk"
         ) from None
-    except (RuntimeError, ValueError) as error:
+    except (RuntimeError, ValueError, IndexError) as error:
         reason = " ".join(str(error).split())
         raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({reason})") from error
 

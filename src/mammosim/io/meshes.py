@@ -72,8 +72,8 @@ def read_mesh(path: str | Path) -> TetMesh:
     the mesh is missing.
     """
     stored = _read(path)
-    if "tissue" not in stored.cell_data:
-        raise MeshError(f"{path} has no cell data 'tissue'; write it with write_mesh")
+    if absent := [name for name in ("tissue", "boundary") if name not in stored.cell_data]:
+        raise MeshError(f"{path} has no cell data {absent[0]!r}; write it with write_mesh")
     faces = stored.cells_dict.get(FACE, np.empty((0, 6), dtype=np.int64))
     on_faces = stored.cell_data_dict["boundary"].get(FACE, np.empty(0))
     boundaries = {name: faces[on_faces == n] for name, n in BOUNDARY_NUMBERS.items() if n in on_faces}

@@ -127,3 +127,12 @@ def test_a_mesh_that_is_cut_short_or_damaged_is_rejected(tmp_path: Path, name, w
 def test_an_absent_mesh_is_named(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"no mesh .*absent\.vtu; run the stage"):
         read_mesh(tmp_path / "absent.vtu")
+
+
+@pytest.mark.parametrize("name", [b"tissue", b"boundary"])
+def test_a_mesh_without_a_field_of_its_own_is_rejected(mesh: TetMesh, tmp_path: Path, name: bytes) -> None:
+    write_mesh(mesh, tmp_path / "a.vtu")
+    data = (tmp_path / "a.vtu").read_bytes().replace(b'Name="' + name, b'Name="' + name[::-1])
+    (tmp_path / "a.vtu").write_bytes(data)
+    with pytest.raises(MeshError, match=rf"a\.vtu has no cell data '{name.decode()}'; write it with"):
+        read_mesh(tmp_path / "a.vtu")
