@@ -1,10 +1,9 @@
 """What accuracy costs: the table of all trials, orders, error budget, and the numbers of the page."""
 
-from pathlib import Path
-
 import _log
 import pandas as pd
 
+from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_table, write_json, write_table
 from mammosim.study.accuracy.error_budget import budget, numbers
 from mammosim.study.accuracy.errors import accuracy, orders
@@ -21,7 +20,8 @@ def main(rows: list[str], limits: dict, out: dict) -> None:
     write_table(listed, out["presets"])
     write_json(numbers(table, shares, listed), out["numbers"])
     for (preset, choice), path in zip(made.items(), out["files"], strict=True):
-        Path(path).write_text(preset_text(preset, choice))
+        with replacing(path) as temporary:
+            temporary.write_text(preset_text(preset, choice))
 
 
 if __name__ == "__main__":

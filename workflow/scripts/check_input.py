@@ -140,7 +140,7 @@ def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str
 
 
 def found_points(labels: LabelMap, path: str, sides: list[str]) -> Fiducials:
-    """The nipples as later stages find them. Raises FiducialError where one of them, or the chest, is not found."""
+    """The nipples as later stages find them. Raises FiducialError where one, or the chest, is not found."""
     try:
         found = nipples(labels)
         chest_limits(labels, found)

@@ -45,7 +45,7 @@ def main(paths: list[str], out: str) -> None:
     tables = {}
     for path in paths:
         with suppress(MissingResult):  # a number of a table that is missing is a dash in the report
-            tables[Path(path).stem] = read_table(path)
+            tables[Path(path).stem] = read_table(path, may_be_empty=True)
     # Strategies that found no equilibrium are counted.
     rows = {Path(path).stem: read_rows(path) for path in paths if Path(path).stem == "compression"}
     quoted = {name: tables[name].drop(columns=TIMES, errors="ignore") for name in KEYS if name in tables}

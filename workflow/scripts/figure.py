@@ -11,7 +11,7 @@ from mammosim.io.tables import read_table
 def main(function: str, tables: list[str], told: dict, out: str) -> None:
     module, name = function.split(".")
     draw = getattr(import_module(f"mammosim.figures.{module}"), name)
-    write_figure(draw(*map(read_table, tables), **told), out)
+    write_figure(draw(*(read_table(path, may_be_empty=True) for path in tables), **told), out)
 
 
 if __name__ == "__main__":

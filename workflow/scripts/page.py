@@ -6,6 +6,7 @@ import _log
 import yaml
 
 from mammosim.core.settings import read
+from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_json, read_rows
 from mammosim.study.report.layout import Contents, Layout, sections
 from mammosim.study.report.pages import report
@@ -24,7 +25,8 @@ def main(files: dict, target: str, out: str) -> None:
         subtitle=layout.subtitle,
         footer=f"made by snakemake {target}",
     )
-    Path(out).write_text(page)
+    with replacing(out) as temporary:
+        temporary.write_text(page)
 
 
 if __name__ == "__main__":

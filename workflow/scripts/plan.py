@@ -57,7 +57,7 @@ def screened(scene: str, path: str) -> pd.DataFrame | None:
     """The rows of one scene, or None where it was not screened yet."""
     if not Path(path).exists():
         return None
-    rows = read_table(path)
+    rows = read_table(path, may_be_empty=True)
     rows = rows[rows.scene == scene]
     return rows if len(rows) else None
 

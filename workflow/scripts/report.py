@@ -8,6 +8,7 @@ import yaml
 
 from mammosim.core.settings import read
 from mammosim.figures.status import time_and_memory
+from mammosim.io.atomic import replacing
 from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
@@ -37,7 +38,8 @@ def main(files: dict, title: str, out: str) -> None:
         read_rows(files["missing"]), read_rows(files["not_planned"]), snakemake.params.volunteers
     )
     shown = (shown[0], first, *shown[1:])
-    Path(out).write_text(report(title, shown, numbers=numbers, subtitle=layout.subtitle))
+    with replacing(out) as temporary:
+        temporary.write_text(report(title, shown, numbers=numbers, subtitle=layout.subtitle))
 
 
 def layout_of(file: str) -> Layout:

@@ -49,7 +49,7 @@ def write_variants(variants: dict[str, list[str]], out: str) -> None:
 
 def together(paths: list[str], columns: list[str]) -> pd.DataFrame:
     """Tables below each other; only the columns where all are empty."""
-    tables = [pd.DataFrame(columns=columns), *map(read_table, paths)]
+    tables = [pd.DataFrame(columns=columns), *(read_table(path, may_be_empty=True) for path in paths)]
     return pd.concat([each for each in tables if len(each)] or tables[:1], ignore_index=True)
 
 

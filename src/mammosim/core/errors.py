@@ -17,6 +17,10 @@ class ImageError(MammosimError):
     """An image is incomplete, mixed, cut off, or not in the position it claims."""
 
 
+class TableError(MammosimError):
+    """A table or a file of values is cut short, damaged, or has no rows where some are needed."""
+
+
 class FiducialError(MammosimError):
     """Markers are too few, collinear, or cannot be matched."""
 

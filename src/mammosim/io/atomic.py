@@ -1,10 +1,18 @@
 """Files that are either complete or absent, so that unfinished output is never mistaken for finished."""
 
+import hashlib
+import os
+import platform
 import shutil
+import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+UNFINISHED = ".unfinished-"
+# ASSUME: what is still being written changes within the hour.
+IDLE_S = 3600.0
 
 
 @contextmanager
@@ -12,21 +20,72 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`, with the same suffixes; rename it to `path` on success.
 
     Write a file or make a folder there. When the block raises, what was written is removed and an
-    earlier `path` stays as it was.
+    earlier `path` stays as it was. What was written is on the disk before it has its name: where that has no
+    room, OSError names `path`. What a killed job left of the same `path` is removed.
     """
     path = Path(path)
-    temporary = path.with_name(f".{uuid.uuid4().hex}{''.join(path.suffixes)}")
+    _remove_abandoned(path)
+    writer = f"{_machine()}-{os.getpid()}-{uuid.uuid4().hex[:8]}"
+    temporary = path.with_name(f".{path.name}{UNFINISHED}{writer}{''.join(path.suffixes)}")
     try:
         yield temporary
+        _flush(temporary)
         if path.is_dir():
             shutil.rmtree(path)
         temporary.replace(path)
+    except OSError as error:
+        if error.filename in (None, str(temporary)) and error.errno is not None:
+            raise OSError(error.errno, f"{error.strerror}; nothing was written", str(path)) from error
+        raise
     finally:
         _remove(temporary)
 
 
+def _machine() -> str:
+    """Eight digits of what tells apart two processes of one number: the machine and the container."""
+    space = Path("/proc/self/ns/pid")
+    name = platform.node() + (os.readlink(space) if space.is_symlink() else "")
+    return hashlib.sha256(name.encode()).hexdigest()[:8]
+
+
+def _flush(temporary: Path) -> None:
+    """Onto the disk: only then has a disk, or a server of files, said that it has room."""
+    for file in [temporary, *temporary.rglob("*")]:
+        if file.is_file():
+            with file.open("rb") as written:
+                os.fsync(written.fileno())
+
+
+def _remove_abandoned(path: Path) -> None:
+    start = f".{path.name}{UNFINISHED}"
+    for name in os.listdir(path.parent) if path.parent.is_dir() else ():
+        if name.startswith(start) and _is_abandoned(path.with_name(name), name.removeprefix(start)):
+            _remove(path.with_name(name))
+
+
+def _is_abandoned(temporary: Path, writer: str) -> bool:
+    """Whether its process has ended, or, where that cannot be seen, it has not changed for IDLE_S."""
+    machine, process, *_ = writer.split("-")
+    if machine == _machine() and process.isdecimal() and not _is_alive(int(process)):
+        return True
+    try:
+        return time.time() - temporary.stat().st_mtime > IDLE_S
+    except FileNotFoundError:
+        return False
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
 def _remove(path: Path) -> None:
     if path.is_dir():
-        shutil.rmtree(path)
+        shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)

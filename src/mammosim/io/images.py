@@ -1,5 +1,9 @@
-"""Images and label maps as NIfTI files; coordinates stay in the patient frame LPS, mm."""
+"""Images and label maps as NIfTI, NRRD or MetaImage files; coordinates stay in the patient frame LPS, mm.
 
+Half a file, a wrong byte, or a frame that is not stated is rejected, whoever wrote the file.
+"""
+
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -8,14 +12,17 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, Image, LabelMap
 from mammosim.io.atomic import replacing
+from mammosim.io.headers import require_whole_metaimage, require_whole_nrrd
 from mammosim.io.missing import require_there
+from mammosim.io.nifti import is_nifti, read_nifti
+from mammosim.io.whole import AGAIN, require_written, unpacked
 
 
 def read_image(path: str | Path) -> Image:
     """Intensities (nz, ny, nx) float32, axes permuted and flipped to the order (z, y, x), not resampled.
 
-    Raises ImageError when the file is absent, unreadable, or not a volume; MissingResult when it says that
-    the image is missing.
+    Raises ImageError when the file is absent, unreadable, damaged, not placed in the patient, not a volume,
+    or holds values that are no numbers; MissingResult when it says that the image is missing.
     """
     return image_of(_read(path))
 
@@ -65,22 +72,74 @@ def image_of(volume: sitk.Image) -> Image:
     return Image(grid_of(volume), sitk.GetArrayFromImage(volume).astype(np.float32))
 
 
+def whole_volume(path: str | Path) -> sitk.Image:
+    """What a file holds, of any number of dimensions where it is no NIfTI, its axes not turned.
+
+    By its first bytes, whatever its name. Raises ImageError: not to be read, no image, cut short, a wrong
+    checksum, or not placed in the patient.
+    """
+    try:
+        return _checked(Path(path))
+    except OSError as error:
+        raise ImageError(
+            f"{path} cannot be read: {error.strerror}; see to its permissions and disk"
+        ) from None
+    except (RuntimeError, ValueError, IndexError) as error:
+        reason = " ".join(str(error).split())
+        raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({reason})") from error
+
+
+def _checked(path: Path) -> sitk.Image:
+    with unpacked(path) as file:
+        head = file.read(4)
+    if not head:
+        raise ImageError(f"{path} is empty; {AGAIN}")
+    if is_nifti(head):
+        return read_nifti(path)
+    if head == b"NRRD":
+        require_whole_nrrd(path)
+    elif path.suffix.lower() in (".mha", ".mhd"):
+        require_whole_metaimage(path)
+    else:
+        raise ValueError("it is no NIfTI, NRRD or MetaImage file, and one of .dcm is given by its folder")
+    return sitk.ReadImage(str(path))
+
+
 def _read(path: str | Path) -> sitk.Image:
     if not Path(path).is_file():
         raise ImageError(f"no image {path}; run the stage that makes it, or correct the path")
     require_there(path)
-    try:
-        volume = sitk.ReadImage(str(path))
-    except RuntimeError as error:
-        raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({error})") from error
+    volume = whole_volume(path)
     if volume.GetDimension() != 3 or volume.GetNumberOfComponentsPerPixel() != 1:
         raise ImageError(
             f"{path} has {volume.GetDimension()} dimensions and {volume.GetNumberOfComponentsPerPixel()} "
             "components per voxel; give one volume: 3 dimensions, 1 component"
         )
+    _require_finite(sitk.GetArrayViewFromImage(volume), path)
     return sitk.DICOMOrient(volume, "LPS")
+
+
+def _require_finite(values: np.ndarray, path: str | Path) -> None:
+    if not np.issubdtype(values.dtype, np.floating):
+        return
+    if wrong := int(np.count_nonzero(~np.isfinite(values))):
+        infinite = int(np.count_nonzero(np.isinf(values)))
+        counts = {"NaN": wrong - infinite, "infinite": infinite}
+        kinds = " and ".join(f"{n} {kind}" for kind, n in counts.items() if n)
+        raise ImageError(
+            f"{path}: {wrong} of {values.size} voxels are no numbers ({kinds}); export it again, or "
+            "put numbers in their place"
+        )
 
 
 def _write(volume: sitk.Image, path: str | Path) -> None:
     with replacing(path) as temporary:
-        sitk.WriteImage(volume, str(temporary), useCompression=True)
+        try:
+            sitk.WriteImage(volume, str(temporary), useCompression=True)
+        except RuntimeError as error:
+            raise OSError(
+                errno.EIO, f"cannot be written ({' '.join(str(error).split())})", str(path)
+            ) from None
+        # ITK says nothing where it finds no room for the rest.
+        values = sitk.GetArrayViewFromImage(volume)
+        require_written(temporary, path, values.nbytes)

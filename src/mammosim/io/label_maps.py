@@ -18,7 +18,7 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.io.dicom_segmentation import is_seg, read_seg
-from mammosim.io.images import grid_of
+from mammosim.io.images import grid_of, whole_volume
 from mammosim.io.label_codes import (
     ELSEWHERE,
     OWN,
@@ -79,11 +79,7 @@ def read_label_map(path: str | Path) -> CodedMap:
     if Path(path).is_dir() or _is_dicom(path):
         raise ImageError(f"{path} holds no DICOM segmentation; give that, or one of: {', '.join(ENDINGS)}")
     require_there(path)
-    try:
-        volume = sitk.ReadImage(str(path))
-    except RuntimeError:
-        raise ImageError(f"{path} is not a readable label map; give one of: {', '.join(ENDINGS)}") from None
-    return _coded(volume, str(path))
+    return _coded(whole_volume(path), str(path))
 
 
 def tissue_map(coded: CodedMap, codes: str = "") -> LabelMap:
@@ -150,7 +146,7 @@ def _unpacked(path: str | Path) -> CodedMap:
 def _coded(volume: sitk.Image, path: str) -> CodedMap:
     if volume.GetDimension() != 3:
         raise ImageError(f"{path} has {volume.GetDimension()} dimensions; give a label map of 3")
-    segments = _segments(volume)
+    segments = segments_of(volume)
     layers = volume.GetNumberOfComponentsPerPixel()
     if layers == 1:
         turned = sitk.DICOMOrient(volume, "LPS")
@@ -168,7 +164,7 @@ def _coded(volume: sitk.Image, path: str) -> CodedMap:
     return CodedMap.of_segments(_grid(turned[0], path), masks, path)
 
 
-def _segments(volume: sitk.Image) -> list[tuple[str, int, int]]:
+def segments_of(volume: sitk.Image) -> list[tuple[str, int, int]]:
     """Name, layer and code of each segment that 3D Slicer wrote, in its order."""
     keys = set(volume.GetMetaDataKeys())
     found = []

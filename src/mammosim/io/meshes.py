@@ -5,8 +5,12 @@ volume (nan on triangles), where cells are of several tissues, `boundary` the nu
 boundary in BOUNDARY_NUMBERS (0 on tetrahedra). Field data `tissue_1_adipose` and so on name the labels.
 """
 
-from collections.abc import Mapping
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
 
 import meshio
 import numpy as np
@@ -17,6 +21,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import require_there
 
+AGAIN = "delete it and run the stage that makes it, or copy it again"
 BOUNDARY_NUMBERS = {"skin": 1, "posterior": 2}
 CELL, FACE = "tetra10", "triangle6"
 
@@ -85,8 +90,8 @@ def read_mesh(path: str | Path) -> TetMesh:
     the mesh is missing.
     """
     stored = _read(path)
-    if "tissue" not in stored.cell_data:
-        raise MeshError(f"{path} has no cell data 'tissue'; write it with write_mesh")
+    if absent := [name for name in ("tissue", "boundary") if name not in stored.cell_data]:
+        raise MeshError(f"{path} has no cell data {absent[0]!r}; write it with write_mesh")
     faces = stored.cells_dict.get(FACE, np.empty((0, 6), dtype=np.int64))
     on_faces = stored.cell_data_dict["boundary"].get(FACE, np.empty(0))
     boundaries = {name: faces[on_faces == n] for name, n in BOUNDARY_NUMBERS.items() if n in on_faces}
@@ -111,8 +116,14 @@ def read_cell_data(path: str | Path, name: str) -> np.ndarray:
 
 
 def _read(path: str | Path) -> meshio.Mesh:
+    if not Path(path).is_file():
+        raise MeshError(f"no mesh {path}; run the stage that makes it, or correct the path")
     require_there(path)
-    stored = meshio.vtu.read(path)
+    try:
+        stored = meshio.vtu.read(path)
+    except Exception as error:  # of XML, of base64, of zlib with its checksum, or of numbers that do not fit
+        reason = " ".join(f"{type(error).__name__} {error}".split())
+        raise MeshError(f"{path} is cut short or damaged ({reason}); {AGAIN}") from None
     if CELL not in stored.cells_dict:
         raise MeshError(
             f"{path} holds no quadratic tetrahedra ({CELL}), only: {', '.join(stored.cells_dict)}"
@@ -143,8 +154,11 @@ def write_mesh_arrays(mesh: TetMesh, path: str | Path) -> None:
 
 
 def read_mesh_arrays(path: str | Path) -> TetMesh:
-    """The mesh that `write_mesh_arrays` wrote. Raises MeshError when one of its arrays is missing."""
-    with np.load(path) as arrays:
+    """The mesh that `write_mesh_arrays` wrote.
+
+    Raises MeshError when one of its arrays is missing, or the file is cut short or damaged.
+    """
+    with _arrays(path) as arrays:
         if absent := {"points", "cells", "tissue"} - set(arrays):
             raise MeshError(
                 f"{path} lacks {', '.join(sorted(absent))}; write the mesh with write_mesh_arrays"
@@ -153,3 +167,12 @@ def read_mesh_arrays(path: str | Path) -> TetMesh:
             name.removeprefix(_BOUNDARY): arrays[name] for name in arrays if name.startswith(_BOUNDARY)
         }
         return TetMesh(arrays["points"], arrays["cells"], arrays["tissue"], boundaries)
+
+
+@contextmanager
+def _arrays(path: str | Path) -> Iterator[Any]:
+    try:
+        with np.load(path) as arrays:
+            yield arrays
+    except (BadZipFile, zlib.error, EOFError, ValueError) as error:
+        raise MeshError(f"{path} is cut short or damaged ({error}); {AGAIN}") from None

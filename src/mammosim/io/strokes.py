@@ -12,10 +12,11 @@ import numpy as np
 import pandas as pd
 import SimpleITK as sitk
 
-from mammosim.core.errors import ImageError, SegmentationError
+from mammosim.core.errors import SegmentationError
 from mammosim.core.labels import Label
 from mammosim.io.given import given_table, numbers
-from mammosim.io.images import grid_of, itk_volume, read_labels
+from mammosim.io.images import grid_of, itk_volume, read_labels, whole_volume
+from mammosim.io.label_maps import segments_of
 from mammosim.io.missing import require_there
 
 AXES = ("x_mm", "y_mm", "z_mm")
@@ -89,8 +90,9 @@ def _from_map(path: Path) -> pd.DataFrame:
 
 def _painted(path: Path) -> Iterator[tuple[str, np.ndarray]]:
     """Each tissue that is painted, with points (n, 3) mm of its voxels."""
-    names, layers = _segments(path), _layers(path)
-    for number, labels in enumerate(layers):
+    volume = whole_volume(path)
+    names = {(layer, code): name.strip().lower() for name, layer, code in segments_of(volume)}
+    for number, labels in enumerate(_layers(path, volume)):
         values = sitk.GetArrayViewFromImage(labels)
         for value in np.unique(values[values != 0]).tolist():
             tissue = _tissue_of(value, number, names, path)
@@ -99,34 +101,11 @@ def _painted(path: Path) -> Iterator[tuple[str, np.ndarray]]:
             yield tissue, grid_of(labels).points(voxels[kept].astype(float))
 
 
-def _segments(path: Path) -> dict[tuple[int, int], str]:
-    """Names of the segments of a `.seg.nrrd` by layer and value; none where the header names none."""
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(path))
-    try:
-        reader.ReadImageInformation()
-    except RuntimeError as error:
-        raise ImageError(
-            f"{path} is not a readable label map: {_last_line(error)}; export it again"
-        ) from None
-    told = {key: reader.GetMetaData(key).strip() for key in reader.GetMetaDataKeys()}
-    found, n = {}, 0
-    while f"Segment{n}_LabelValue" in told:
-        layer, value = told.get(f"Segment{n}_Layer", "0"), told[f"Segment{n}_LabelValue"]
-        found[int(layer), int(value)] = told.get(f"Segment{n}_Name", f"Segment{n}").lower()
-        n += 1
-    return found
-
-
-def _layers(path: Path) -> list[sitk.Image]:
+def _layers(path: Path, volume: sitk.Image) -> list[sitk.Image]:
     """The layers of a label map: several where segments overlap in a `.seg.nrrd`."""
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(path))
-    reader.ReadImageInformation()
-    if (n := reader.GetNumberOfComponents()) == 1:
+    if (n := volume.GetNumberOfComponentsPerPixel()) == 1:
         labels = read_labels(path)
         return [itk_volume(labels.grid, labels.values)]
-    volume = reader.Execute()
     return [sitk.VectorIndexSelectionCast(volume, layer) for layer in range(n)]
 
 
@@ -143,7 +122,3 @@ def _tissue_of(value: int, layer: int, names: Mapping[tuple[int, int], str], pat
         codes = ", ".join(f"{int(label)} {label.tissue}" for label in Label if label.tissue in TISSUES[1:])
         raise SegmentationError(f"{path}: value {value} is the code of no tissue; paint with {codes}")
     return Label(value).tissue
-
-
-def _last_line(error: RuntimeError) -> str:
-    return str(error).strip().splitlines()[-1].strip()

@@ -1,29 +1,35 @@
 """Tidy tables as CSV and small nested values as JSON, written atomically, floats at full precision."""
 
+import csv
 import json
 from collections.abc import Iterable
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from mammosim.core.errors import MissingResult
+from mammosim.core.errors import MissingResult, TableError
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import missing_rows, reason_of, require_there
 
 NAMES = ("volunteer", "position", "side", "strategy", "moduli", "method", "tissue", "name")
+AGAIN = "delete it and run the stage that makes it, or copy it again"
 # Significant digits of the study's tables: they are the same on every processor (docs/decisions/machines.md).
 HOLDING_DIGITS = 5
 
 
-def read_table(path: str | Path) -> pd.DataFrame:
+def read_table(path: str | Path, *, may_be_empty: bool = False, by_hand: bool = False) -> pd.DataFrame:
     """One row per record, one column per quantity (unit in its name); only an empty cell is missing.
 
     Rows in the place of results that are missing are left out, and so is the column `outcome` where nothing
-    else stands in it. Raises MissingResult when there is no other row.
+    else stands in it. by_hand: see read_rows. Raises MissingResult when there is no other row, TableError as
+    read_rows, and for a table without rows unless it may be empty.
     """
-    rows = read_rows(path)
+    rows = read_rows(path, by_hand=by_hand)
+    if rows.empty and not may_be_empty:
+        raise TableError(f"{path} has columns and no rows; {AGAIN}")
     gone = missing_rows(rows)
     if not gone.any():
         return rows
@@ -33,9 +39,41 @@ def read_table(path: str | Path) -> pd.DataFrame:
     return there.drop(columns="outcome") if there.outcome.isna().all() else there
 
 
-def read_rows(path: str | Path) -> pd.DataFrame:
-    """As read_table, with the rows of results that are missing. Columns of NAMES hold text, even '007'."""
-    return pd.read_csv(path, keep_default_na=False, na_values=[""], dtype=dict.fromkeys(NAMES, str))
+def read_rows(path: str | Path, *, by_hand: bool = False) -> pd.DataFrame:
+    """As read_table, with the rows of results that are missing. Columns of NAMES hold text, even '007'.
+
+    by_hand: a person wrote it, whose last line may have no end.
+    Raises TableError when the table is cut short or damaged: no header, no end of its last line, a row with
+    more or fewer cells than there are columns, a quotation mark without its fellow, no UTF-8.
+    """
+    text = Path(path).read_bytes()
+    _require_whole(text, path, by_hand)
+    names = dict.fromkeys(NAMES, str)
+    try:
+        return pd.read_csv(BytesIO(text), keep_default_na=False, na_values=[""], dtype=names)
+    except ValueError as error:  # a quotation mark without its fellow, or bytes that are no UTF-8
+        raise TableError(f"{path} is damaged ({' '.join(str(error).split())}); {AGAIN}") from None
+
+
+def _require_whole(text: bytes, path: str | Path, by_hand: bool) -> None:
+    if not text.strip():
+        raise TableError(f"{path} is empty; {AGAIN}")
+    cells = _cells(text)
+    if not (by_hand or text.endswith(b"\n")):
+        raise TableError(f"{path} ends early, in row {cells.size - 1}; {AGAIN}")
+    if (wrong := np.flatnonzero(cells != cells[0])).size:
+        row = int(wrong[0])
+        raise TableError(f"{path}: row {row} has {cells[row]} of {cells[0]} cells; {AGAIN}")
+
+
+def _cells(text: bytes) -> np.ndarray:
+    """How many cells each line has that is not empty, the header's first."""
+    if b'"' in text or b"\n\n" in text or b"\r" in text:
+        lines = csv.reader(StringIO(text.decode("utf-8-sig", "replace"), newline=""))
+        return np.array([len(line) for line in lines if line])
+    characters = np.frombuffer(text.rstrip(b"\n"), np.uint8)
+    ends, commas = (np.flatnonzero(characters == ord(mark)) for mark in "\n,")
+    return 1 + np.diff(np.searchsorted(commas, ends), prepend=0, append=commas.size)
 
 
 def read_those_there(paths: Iterable[str | Path]) -> pd.DataFrame:
@@ -54,7 +92,7 @@ def read_those_there(paths: Iterable[str | Path]) -> pd.DataFrame:
 def read_if_there(path: str | Path) -> pd.DataFrame:
     """As read_table, without rows and columns where the result is missing."""
     try:
-        return read_table(path)
+        return read_table(path, may_be_empty=True)
     except MissingResult:
         return pd.DataFrame()
 
@@ -77,9 +115,15 @@ def write_table(frame: pd.DataFrame, path: str | Path, *, digits: int | None = N
 
 
 def read_json(path: str | Path) -> Any:
-    """Nested dicts, lists, strings and numbers. Raises MissingResult when the result is missing."""
+    """Nested dicts, lists, strings and numbers.
+
+    Raises MissingResult when the result is missing, TableError when the file is cut short or damaged.
+    """
     require_there(path)
-    return json.loads(Path(path).read_text(encoding="utf-8"))
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:  # of JSON, or of UTF-8
+        raise TableError(f"{path} is cut short or damaged: no JSON ({error}); {AGAIN}") from None
 
 
 def write_json(values: Any, path: str | Path) -> None:

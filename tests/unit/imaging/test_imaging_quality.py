@@ -5,6 +5,7 @@ import pytest
 
 from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.labels import Label
+from mammosim.core.volume import Grid, Image, grid_around
 from mammosim.imaging.outline import body_mask
 from mammosim.imaging.quality import image_quality, require_usable
 
@@ -63,6 +64,15 @@ def test_a_breast_that_is_cut_off_is_rejected(render, side, window) -> None:
         require_usable(scan.image, position="prone", gravity=PRONE)
 
 
+def test_arms_and_sides_may_leave_the_image() -> None:
+    """As where the arms lie beside the head: nearly level with the breastbone, far behind the tips."""
+    image = body(stands_out_mm=80)
+    side = image.values.copy()
+    _, y, z = image.grid.centres().T.reshape(3, *image.grid.shape)
+    side[(y > -14) & (y < 80) & (z > 50)] = 1000
+    judge(Image(image.grid, side), "prone")
+
+
 def test_the_quality_row_states_geometry_noise_and_margins(chest) -> None:
     row = image_quality(chest.image, position="prone")
     assert (row["spacing_z_mm"], row["extent_x_mm"], row["tilt_deg"]) == (4.0, 328.0, 0.0)
@@ -72,3 +82,96 @@ def test_the_quality_row_states_geometry_noise_and_margins(chest) -> None:
     assert row["margin_anterior_mm"] == pytest.approx(35.0, abs=4.0)
     assert row["protrusion_left_mm"] == pytest.approx(18.0, abs=4.0)
     assert row["protrusion_right_mm"] == pytest.approx(18.0, abs=4.0)
+
+
+def body(
+    *,
+    stands_out_mm: float,
+    breasts: tuple[float, ...] = (-85.0, 85.0),
+    low: float = -180,
+    base_mm: float = 120,
+) -> Image:
+    """A slab of 320 x 80 mm with half-ellipsoids in front of it, 140 mm high, 4 mm voxels, no noise."""
+    grid = grid_around(np.array([low, -100.0, -90]), np.array([180, 100.0, 90]), 4.0)
+    x, y, z = grid.centres().T
+    inside = (np.abs(x) < 160) & (y > 0) & (y < 80)
+    for centre in breasts:
+        inside |= (y < 10) & (
+            ((x - centre) / base_mm * 2) ** 2 + (y / stands_out_mm) ** 2 + (z / 70) ** 2 < 1
+        )
+    return Image(grid, np.where(inside, 1000, 10).reshape(grid.shape).astype(np.float32))
+
+
+def judge(image: Image, position: str, tag: str | None = None) -> None:
+    gravity = PRONE if position == "prone" else SUPINE
+    require_usable(image, position=position, gravity=gravity, patient_position=tag)
+
+
+@pytest.mark.parametrize(
+    ("stands_out_mm", "position", "message"),
+    [
+        (
+            16,
+            "prone",
+            r"it looks supine, not prone: the breasts stand out 1\d mm .*; at least 20 mm and 0\.35;",
+        ),
+        (8, "prone", "it looks supine, not prone"),
+        (28, "prone", r"it looks supine, not prone: .* stand out 2\d mm .*, 0\.2\d of their width; at least"),
+        (90, "supine", r"it looks prone, not supine: .* stand out [78]\d mm .*; at most 60 mm and 0\.6;"),
+    ],
+)
+def test_breasts_that_do_not_hang_or_lie_as_claimed_are_rejected(stands_out_mm, position, message) -> None:
+    """Half of an ellipse of 120 mm is 104 mm wide at half of its height: 28 mm is 0.27 of that."""
+    image = body(stands_out_mm=stands_out_mm)
+    with pytest.raises(ImageError, match=message):
+        judge(image, position)
+    other = {"prone": "supine", "supine": "prone"}[position]
+    judge(image, other)
+    assert image_quality(image, position=position)["position_seen"] == other
+
+
+def test_where_it_cannot_be_seen_how_she_lay_the_claim_is_believed_and_said(caplog) -> None:
+    caplog.set_level("INFO")
+    image = body(stands_out_mm=48)
+    for position in ("prone", "supine"):
+        judge(image, position)
+        assert f"position {position} cannot be seen: the breasts stand out 4" in caplog.text
+    assert image_quality(image, position="prone")["position_seen"] == "not told"
+
+
+@pytest.mark.parametrize("stands_out_mm", [28, 40])
+def test_small_breasts_that_hang_are_prone(stands_out_mm) -> None:
+    """Of a base of 80 mm and less, as hanging tissue draws together."""
+    judge(body(stands_out_mm=stands_out_mm, base_mm=80), "prone")
+
+
+def test_the_scanners_tag_is_believed(caplog) -> None:
+    caplog.set_level("INFO")
+    judge(body(stands_out_mm=16), "prone", "HFP")
+    assert "position prone is believed by its tag HFP" in caplog.text
+
+
+def test_one_breast_beside_which_the_image_ends_is_usable() -> None:
+    """As a sagittal series of one side, which ends at the breastbone."""
+    for stands_out_mm in (30, 60):
+        image = body(stands_out_mm=stands_out_mm, breasts=(85.0,), low=0)
+        judge(image, "prone")
+        assert image_quality(image, position="prone")["position_seen"] == "not told"
+    with pytest.raises(ImageError, match=r"cuts the breast off: tissue covers \d+ mm2 of its right border"):
+        judge(body(stands_out_mm=60, breasts=(85.0,), low=70), "prone")
+
+
+@pytest.mark.parametrize(
+    ("factor", "guess"),
+    [
+        (0.1, r"are its lengths in cm\?"),
+        (1e-3, r"in m \(or in mm, and declared as micrometres\)\?"),
+        (1 / 25.4, r"in cm or inches\?"),
+        (1e3, "in micrometres"),
+    ],
+)
+def test_an_image_in_another_unit_is_rejected(factor, guess) -> None:
+    image = body(stands_out_mm=60)
+    grid = Grid(image.grid.shape, image.grid.spacing * factor, image.grid.origin * factor)
+    with pytest.raises(ImageError, match=rf"mm large.*{guess}.* 80 to 1000 mm wide or deep; export it in mm"):
+        judge(Image(grid, image.values), "prone")

@@ -61,6 +61,9 @@ def test_intensities_are_no_labels(tmp_path: Path) -> None:
 def test_an_absent_or_broken_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ImageError, match=r"absent\.nii\.gz; run the stage"):
         read_image(tmp_path / "absent.nii.gz")
+    (tmp_path / "empty.nii.gz").touch()
+    with pytest.raises(ImageError, match=r"empty\.nii\.gz is empty; copy it again"):
+        read_image(tmp_path / "empty.nii.gz")
     (tmp_path / "broken.nii.gz").write_text("no image")
     with pytest.raises(ImageError, match=r"broken\.nii\.gz is not a readable image"):
         read_image(tmp_path / "broken.nii.gz")

@@ -98,7 +98,7 @@ def test_what_is_no_label_map_is_named(tmp_path):
     with pytest.raises(ImageError, match=r"two\.nrrd has 2 values per voxel and no segments"):
         read_label_map(written(tmp_path / "two.nrrd", np.zeros((*SHAPE, 2), np.uint8)))
     (tmp_path / "text.nrrd").write_text("no image")
-    with pytest.raises(ImageError, match=r"text\.nrrd is not a readable label map; give one of: \.nii"):
+    with pytest.raises(ImageError, match=r"text\.nrrd is not a readable image; give \.nii"):
         read_label_map(tmp_path / "text.nrrd")
     with pytest.raises(ImageError, match=r"no label map .*absent\.nrrd"):
         read_label_map(tmp_path / "absent.nrrd")

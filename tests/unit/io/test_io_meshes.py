@@ -1,5 +1,6 @@
 """Meshes and the fields on them come back as they were written."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,7 +12,15 @@ import pytest
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, FACES, TetMesh
-from mammosim.io.meshes import read_cell_data, read_mesh, read_point_data, write_mesh
+from mammosim.io.meshes import (
+    read_cell_data,
+    read_mesh,
+    read_mesh_arrays,
+    read_point_data,
+    write_mesh,
+    write_mesh_arrays,
+)
+from mammosim.meshing.shapes import box
 
 CORNERS = np.array([[0.1, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 1 / 3]])
 
@@ -103,3 +112,41 @@ def test_the_file_says_what_its_labels_and_shares_mean(mesh: TetMesh, tmp_path: 
         a for a in ElementTree.parse(tmp_path / "m.vtu").iter("DataArray") if a.get("Name") == "shares"
     )
     assert [array.get(f"ComponentName{label:d}") for label in Label] == [label.tissue for label in Label]
+
+
+def _damaged(path: Path) -> Iterator[bytes]:
+    whole = path.read_bytes()
+    yield from (whole[:end] for end in np.linspace(0, len(whole) - 12, 12, dtype=int))  # 12: of </VTKFile>
+    for at in np.linspace(0.15, 0.8, 9):  # of the arrays
+        wrong = bytearray(whole)
+        wrong[int(at * len(whole))] ^= 0x01
+        yield bytes(wrong)
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "read"),
+    [("a.vtu", write_mesh, read_mesh), ("a.npz", write_mesh_arrays, read_mesh_arrays)],
+)
+def test_a_mesh_that_is_cut_short_or_damaged_is_rejected(tmp_path: Path, name, write, read) -> None:
+    write(box((4, 4, 4), np.array([10.0, 10, 10])), tmp_path / name)
+    for data in _damaged(tmp_path / name):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(
+            MeshError, match=rf"{name} .*(is cut short or damaged|has no|holds no|lacks)"
+        ) as error:
+            read(tmp_path / name)
+        assert "\n" not in str(error.value)
+
+
+def test_an_absent_mesh_is_named(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match=r"no mesh .*absent\.vtu; run the stage"):
+        read_mesh(tmp_path / "absent.vtu")
+
+
+@pytest.mark.parametrize("name", [b"tissue", b"boundary"])
+def test_a_mesh_without_a_field_of_its_own_is_rejected(mesh: TetMesh, tmp_path: Path, name: bytes) -> None:
+    write_mesh(mesh, tmp_path / "a.vtu")
+    data = (tmp_path / "a.vtu").read_bytes().replace(b'Name="' + name, b'Name="' + name[::-1])
+    (tmp_path / "a.vtu").write_bytes(data)
+    with pytest.raises(MeshError, match=rf"a\.vtu has no cell data '{name.decode()}'; write it with"):
+        read_mesh(tmp_path / "a.vtu")

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mammosim.core.errors import TableError
 from mammosim.io.atomic import replacing
-from mammosim.io.tables import HOLDING_DIGITS, read_json, read_table, write_json, write_table
+from mammosim.io.tables import HOLDING_DIGITS, read_json, read_rows, read_table, write_json, write_table
 
 
 def test_a_table_reads_back_bit_for_bit(tmp_path: Path) -> None:
@@ -73,3 +74,67 @@ def test_a_table_may_carry_the_digits_that_hold(tmp_path):
     assert found.force_n.tolist()[:2] == [1.2346, 12346.0]
     assert found.draw.tolist() == [1, 2, 3]
     assert np.isnan(found.force_n[2])
+
+
+ROWS = pd.DataFrame(
+    {"force_n": [1.25, 2.5, np.nan], "name": ["left", 'the "right", one', "x"], "n": [1, 2, 3]}
+)
+
+
+@pytest.mark.parametrize("frame", [ROWS, ROWS[["force_n", "n"]], ROWS[["force_n"]].fillna(0)])
+def test_a_table_that_is_cut_within_a_row_is_rejected(tmp_path: Path, frame: pd.DataFrame) -> None:
+    write_table(frame, tmp_path / "t.csv")
+    text = (tmp_path / "t.csv").read_text()
+    for end in range(1, len(text)):
+        if text[end - 1] == "\n":
+            continue  # a table of fewer rows, which nothing tells from a whole one
+        (tmp_path / "t.csv").write_text(text[:end])
+        with pytest.raises(TableError, match=r"t\.csv (ends early, in row \d|has columns and no rows)"):
+            read_table(tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"t\.csv is empty; delete it and run the stage that makes it"),
+        ("\n", "is empty"),
+        ("a,b\n1,2\n3\n", "row 2 has 1 of 2 cells"),
+        ("a,b\n1,2,3\n", "row 1 has 3 of 2 cells"),
+        ('a,b\n"x, y",2\n3\n', "row 2 has 1 of 2 cells"),
+        ("a,b\n", "has columns and no rows"),
+    ],
+)
+def test_a_table_without_all_its_cells_is_rejected(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(TableError, match=message):
+        read_table(tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize("wrong", [b'a,name\n1,"left\n', b"a,name\n1,\xb3left\n", b"a,b\n1,2\n\xff\xfe,3\n"])
+def test_a_table_with_a_wrong_byte_is_named(tmp_path: Path, wrong: bytes) -> None:
+    (tmp_path / "t.csv").write_bytes(wrong)
+    with pytest.raises(TableError, match=r"t\.csv( is damaged|: row)"):
+        read_table(tmp_path / "t.csv")
+
+
+def test_a_table_may_be_empty_where_that_is_meant(tmp_path: Path) -> None:
+    write_table(pd.DataFrame(columns=["a", "b"]), tmp_path / "t.csv")
+    assert read_table(tmp_path / "t.csv", may_be_empty=True).columns.tolist() == ["a", "b"]
+    assert read_rows(tmp_path / "t.csv").empty
+
+
+@pytest.mark.parametrize(
+    "text", ["a,b\n1,2\n3,4", "a,b\r\n1,2\r\n3,4\r\n", "a,b\n1,2\n\n3,4\n\n", 'a,b\n1,2\n3,"4"']
+)
+def test_a_table_by_hand_may_end_as_editors_end_it(tmp_path: Path, text: str) -> None:
+    (tmp_path / "t.csv").write_bytes(text.encode())
+    assert read_table(tmp_path / "t.csv", by_hand=True).to_numpy().tolist() == [[1, 2], [3, 4]]
+
+
+def test_values_that_are_cut_short_are_rejected(tmp_path: Path) -> None:
+    write_json({"force_n": [1.5, 2.5], "name": "µ"}, tmp_path / "v.json")
+    whole = (tmp_path / "v.json").read_bytes()
+    for end in range(len(whole) - 2):  # the last two are the brace and the end of its line
+        (tmp_path / "v.json").write_bytes(whole[:end])
+        with pytest.raises(TableError, match=r"v\.json is cut short or damaged.*run the stage"):
+            read_json(tmp_path / "v.json")

@@ -57,3 +57,13 @@ def test_a_stretch_is_no_rigid_motion(tmp_path: Path) -> None:
 def test_an_absent_transform_is_named(tmp_path: Path) -> None:
     with pytest.raises(ImageError, match=r"no transform .*absent\.tfm; run the registration"):
         read_transform(tmp_path / "absent.tfm")
+
+
+def test_a_transform_that_is_cut_short_is_rejected(tmp_path: Path) -> None:
+    """ITK reads what is left of it as the identity, or with zeros."""
+    write_transform(MOTION, tmp_path / "a.tfm")
+    whole = (tmp_path / "a.tfm").read_bytes()
+    for end in [*range(0, len(whole), 9), *range(len(whole) - 8, len(whole))]:
+        (tmp_path / "a.tfm").write_bytes(whole[:end])
+        with pytest.raises(ImageError, match=r"a\.tfm holds no rigid transform"):
+            read_transform(tmp_path / "a.tfm")

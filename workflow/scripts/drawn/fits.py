@@ -22,7 +22,9 @@ SHAPES = {
 
 def identification(files: dict, told: dict, job: dict) -> Figure:
     """told: the prior."""
-    grid, history, table = (read_table(files[name]) for name in ("grid", "history", "moduli"))
+    grid, history, table = (
+        read_table(files[name], may_be_empty=True) for name in ("grid", "history", "moduli")
+    )
     return moduli.identification(grid, history, table, told["prior"])
 
 

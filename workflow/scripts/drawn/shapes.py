@@ -29,7 +29,9 @@ def morph(files: dict, told: dict, job: dict) -> Figure:
     shapes = {name: read_mesh(files[name]) for name in ("prone", "supine", "morphed", "mean")}
     x, _, z = read_fiducials(files["fiducials"]).point("nipple_left")
     distance = read_point_data(files["morphed"], "distance_mm")
-    return deformation.morph(shapes, distance, read_table(files["history"]), x_mm=x, z_mm=z)
+    return deformation.morph(
+        shapes, distance, read_table(files["history"], may_be_empty=True), x_mm=x, z_mm=z
+    )
 
 
 def stress_free(files: dict, told: dict, job: dict) -> Figure:

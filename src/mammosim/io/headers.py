@@ -1,0 +1,176 @@
+"""NRRD (.nrrd, .nhdr) and MetaImage (.mha, .mhd) files: what their headers say of bytes, units and axes.
+
+ITK reads the values. Here is checked what it does not look at: that all bytes are there and their
+checksums right, that left and right are stated, that lengths are in mm and axes at right angles.
+Definitions: https://teem.sourceforge.net/nrrd/format.html and https://itk.org/Wiki/MetaIO/Documentation.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mammosim.core.errors import ImageError
+from mammosim.io.placement import require_rigid
+from mammosim.io.whole import require_count, rest_of, unpacked
+
+NRRD_PACKED = {"raw": False, "gzip": True, "gz": True}
+NRRD_BYTES = {
+    "signed char": 1, "int8": 1, "int8_t": 1, "uchar": 1, "unsigned char": 1, "uint8": 1, "uint8_t": 1,
+    "short": 2, "short int": 2, "signed short": 2, "signed short int": 2, "int16": 2, "int16_t": 2,
+    "ushort": 2, "unsigned short": 2, "unsigned short int": 2, "uint16": 2, "uint16_t": 2,
+    "int": 4, "signed int": 4, "int32": 4, "int32_t": 4, "uint": 4, "unsigned int": 4, "uint32": 4,
+    "uint32_t": 4, "longlong": 8, "long long": 8, "long long int": 8, "signed long long": 8,
+    "signed long long int": 8, "int64": 8, "int64_t": 8, "ulonglong": 8, "unsigned long long": 8,
+    "unsigned long long int": 8, "uint64": 8, "uint64_t": 8, "float": 4, "double": 8,
+}  # fmt: skip
+NRRD_SPACES = (
+    "left-posterior-superior",
+    "lps",
+    "right-anterior-superior",
+    "ras",
+    "left-anterior-superior",
+    "las",
+)
+META_BYTES = {
+    "CHAR": 1, "UCHAR": 1, "SHORT": 2, "USHORT": 2, "INT": 4, "UINT": 4, "LONG": 4, "ULONG": 4,
+    "LONG_LONG": 8, "ULONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8,
+}  # fmt: skip
+META_MATRIX = ("transformmatrix", "rotation", "orientation")
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Where the voxels of a file stand, whether they are packed, and how many bytes they are."""
+
+    file: Path
+    skip: int
+    packed: bool
+    n_bytes: int
+
+    def require_whole(self, path: str | Path) -> None:
+        """Raises ImageError where bytes are missing or wrong; path: the file that the user named."""
+        if not self.file.is_file():
+            raise ImageError(f"{path} keeps its voxels in {self.file.name}, which is not there; copy both")
+        if not self.packed:
+            there = self.file.stat().st_size - self.skip
+            require_count(self.file, there, self.n_bytes, slack=self.n_bytes // 100)
+            return
+        with unpacked(self.file, skip=self.skip, packed=True) as file:
+            require_count(self.file, rest_of(file), self.n_bytes)
+
+
+def require_whole_nrrd(path: Path) -> None:
+    """Raises ImageError: cut short, damaged, no known frame, not in mm, axes not at right angles."""
+    header, end = _nrrd_header(path)
+    if (space := header.get("space", "").lower()) not in NRRD_SPACES:
+        stated = f"space is {space!r}" if space else "it has no field 'space'"
+        raise ImageError(f"{path} says not where left is: {stated}; save it with 3D Slicer or ITK")
+    if any(unit.strip('"') != "mm" for unit in header.get("space units", "").split()):
+        raise ImageError(f"{path}: space units are {header['space units']}, not mm; save it in mm")
+    _nrrd_stored(path, header, end).require_whole(path)
+    vectors = header.get("space directions", "").replace(", ", ",").split()
+    steps = {n: v for n, v in enumerate(vectors) if v != "none"}  # none: of an axis of segments or colours
+    if len(steps) == 3:
+        axes = np.column_stack([np.array(v.strip("()").split(","), float) for v in steps.values()])
+        counts = header["sizes"].split()
+        require_rigid(axes, [int(counts[n]) for n in steps], path)
+
+
+def _nrrd_header(path: Path) -> tuple[dict[str, str], int]:
+    """Fields by their names in small letters, and where the header ends."""
+    header: dict[str, str] = {}
+    end = 0
+    with path.open("rb") as file:
+        for line in file:
+            end += len(line)
+            text = line.decode("utf-8", "replace").strip()
+            if not text:
+                return header, end
+            if not text.startswith("#") and ": " in text:
+                name, value = text.split(": ", 1)
+                header[name.lower()] = value.strip()
+    return header, end
+
+
+def _nrrd_stored(path: Path, header: Mapping[str, str], end: int) -> Stored:
+    name = header.get("data file", header.get("datafile"))
+    packing = header.get("encoding", "").lower()
+    if packing not in NRRD_PACKED or (name and len(name.split()) > 1):
+        raise ImageError(
+            f"{path}: encoding {packing!r} or voxels in several files cannot be checked; save it as one "
+            ".nrrd, raw or gzip"
+        )
+    n = int(np.prod([int(n) for n in _need(path, header, "sizes").split()], dtype=float))
+    if (kind := _need(path, header, "type").lower()) not in NRRD_BYTES:
+        raise ImageError(f"{path}: no number has the type {kind!r}; save it as integers or floats")
+    n_bytes = n * NRRD_BYTES[kind]
+    file = path.parent / name if name else path
+    skip = 0 if name else end
+    with file.open("rb") if file.is_file() else path.open("rb") as lines:
+        lines.seek(skip)
+        skip += sum(len(lines.readline()) for _ in range(int(header.get("line skip", "0"))))
+    given = int(header.get("byte skip", "0"))
+    skip = file.stat().st_size - n_bytes if given == -1 and file.is_file() else skip + given
+    return Stored(file, max(skip, 0), NRRD_PACKED[packing], n_bytes)
+
+
+def require_whole_metaimage(path: Path) -> None:
+    """Raises ImageError: cut short, damaged, no axes stated or not at right angles, not in mm."""
+    header, end = _meta_header(path)
+    if (unit := header.get("distanceunits", "mm").strip("?").lower()) not in ("", "mm"):
+        raise ImageError(f"{path}: DistanceUnits is {unit}, not mm; save it in mm")
+    counts = [int(n) for n in _need(path, header, "dimsize").split()]
+    spacing = np.array(header.get("elementspacing", header.get("elementsize", "1 1 1")).split(), float)
+    if spacing.min() <= 0:
+        raise ImageError(
+            f"{path}: ElementSpacing {spacing.tolist()} must be positive; export the image again"
+        )
+    _meta_stored(path, header, end, counts).require_whole(path)
+    matrix = next((header[name] for name in META_MATRIX if name in header), None)
+    if matrix is None:
+        raise ImageError(
+            f"{path} says not where left is: it has no TransformMatrix; save it with 3D Slicer or ITK"
+        )
+    if len(counts) == len(spacing) == 3 and len(matrix.split()) == 9:
+        require_rigid(np.array(matrix.split(), float).reshape(3, 3).T * spacing, counts, path)
+
+
+def _meta_header(path: Path) -> tuple[dict[str, str], int]:
+    """Keys in small letters, up to ElementDataFile, which is the last, and where the header ends."""
+    header: dict[str, str] = {}
+    end = 0
+    with path.open("rb") as file:
+        for line in file:
+            end += len(line)
+            name, _, value = line.decode("utf-8", "replace").partition("=")
+            header[name.strip().lower()] = value.strip()
+            if "elementdatafile" in header:
+                break
+    return header, end
+
+
+def _meta_stored(path: Path, header: Mapping[str, str], end: int, counts: list[int]) -> Stored:
+    name = _need(path, header, "elementdatafile")
+    kind = _need(path, header, "elementtype").removeprefix("MET_").removesuffix("_ARRAY")
+    as_text = header.get("binarydata", "True").lower() == "false"
+    if kind not in META_BYTES or as_text or "%" in name or name == "LIST":
+        raise ImageError(
+            f"{path}: voxels as text, in several files or of type {kind} cannot be checked; save one .mha"
+        )
+    channels = int(header.get("elementnumberofchannels", "1"))
+    n_bytes = int(np.prod(counts, dtype=float)) * channels * META_BYTES[kind]
+    local = name.upper() == "LOCAL"
+    file = path if local else path.parent / name
+    skip = (end if local else 0) + max(int(header.get("headersize", "0")), 0)
+    if int(header.get("headersize", "0")) == -1 and file.is_file():
+        skip = file.stat().st_size - n_bytes
+    packed = header.get("compresseddata", "False").lower() == "true"
+    return Stored(file, max(skip, 0), packed, n_bytes)
+
+
+def _need(path: Path, header: Mapping[str, str], name: str) -> str:
+    if name not in header:
+        raise ImageError(f"{path} ends early or is damaged: its header has no {name!r}; copy it again")
+    return header[name]
