@@ -9,7 +9,7 @@ import pandas as pd
 from mammosim.chain.labelled import outline_image, usable_labels
 from mammosim.core.errors import FiducialError, ImageError
 from mammosim.core.volume import Image
-from mammosim.imaging.markers import chest_markers, require_four
+from mammosim.imaging.markers import worn_on_chest
 from mammosim.imaging.quality import image_quality, require_usable
 from mammosim.io.dicom import read_series
 from mammosim.io.fiducials import read_fiducials
@@ -50,13 +50,12 @@ def pictured(path: str, kind: str) -> tuple[Image, str | None]:
 
 
 def check_list(path: str, image: Image, *, found: bool, registered: bool) -> None:
-    """Raise FiducialError where positions are brought together by chest markers that are not four."""
+    """Raise FiducialError where positions are brought together by chest markers: some, but not four."""
     listed = read_fiducials(path)
     if not registered:
         return
     try:
-        listed = chest_markers(image, listed) if found else listed
-        require_four(listed.of_kind("chest"))
+        worn_on_chest(listed, image if found else None)
     except FiducialError as error:
         raise FiducialError(f"{path} with its image: {error}") from None
 
