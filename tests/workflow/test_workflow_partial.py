@@ -105,10 +105,22 @@ def test_the_study_of_one_series_asks_for_no_fit_and_fails_nowhere(own):
     assert rules.isdisjoint(unplanned)
 
 
-def test_two_series_without_markers_use_one_of_them(own):
-    rules, words = own(SERIES, SUPINE).plan(MAMMOGRAM)
-    assert rules == ALWAYS | {"import_image", "segment"}
-    assert "no markers are given for ada" in words
+def test_two_series_without_markers_are_registered_by_the_rib_cage_and_fitted(own):
+    rules, words = own(SERIES, SUPINE).plan("study")
+    assert {"register", "identify", "morph", "validate", "figure_registration", "segment"} <= rules
+    assert rules.isdisjoint({"sweep", "propagate"})
+    assert "no sweep of moduli: no nipples are given for ada supine" in words
+    assert "no validation, no propagation of the fit's uncertainty: no position of ada is held out" in words
+
+
+def test_a_rib_cage_is_registered_in_the_workflow(own):
+    ada, files = own(SERIES, SUPINE), ("prone.tfm", "prone_steps.csv")
+    result = ada.ask("--", *(f"results/registration/ada/{file}" for file in files))
+    assert result.returncode == 0, result.stdout[-6000:]
+    steps = pd.read_csv(ada.study.run / "results/registration/ada/prone_steps.csv")
+    assert steps.method.tolist() == ["rib cage"] * 2
+    assert steps.error_95_mm.iloc[-1] < 10.0
+    assert pd.read_csv(ada.study.run / "results/fiducials/ada/supine.csv").empty
 
 
 def test_two_marked_series_plan_a_fit_and_no_validation(own):

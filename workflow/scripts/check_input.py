@@ -17,7 +17,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.settings import read
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Image, LabelMap
-from mammosim.imaging.markers import chest_markers, require_four
+from mammosim.imaging.markers import worn_on_chest
 from mammosim.imaging.plausible_points import require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
 from mammosim.imaging.quality import image_quality, require_usable
@@ -159,14 +159,14 @@ def found_points(labels: LabelMap, path: str, sides: list[str]) -> Fiducials:
 def check_list(path: str, listed: Fiducials, image: Image, asked: Asked) -> None:
     """Raise FiducialError for points that cannot be meant in the image, and for names that are needed.
 
-    Those are the nipples of the sides, and four chest markers where positions are brought together by them.
+    Those are the nipples of the sides, and four chest markers where positions are brought together and some
+    are listed.
     """
     try:
         listed.require(f"nipple_{side}" for side in asked.sides)
         require_plausible(listed, image)
         if asked.registered:
-            listed = chest_markers(image, listed) if asked.found else listed
-            require_four(listed.of_kind("chest"))
+            worn_on_chest(listed, image if asked.found else None)
     except FiducialError as error:
         raise FiducialError(f"{path} with its image: {error}") from None
 

@@ -69,7 +69,7 @@ class Data:
             return f"{self.name} was scanned in one position, two are needed"
         if absent := [p for p in (self.modelled, self.reference) if p not in self.given]:
             return f"{self.name} was not scanned {absent[0]}"
-        return self._lacking(FIDUCIALS, "markers") or self._lacking(IMAGES, "images")
+        return self._lacking(IMAGES, "images")
 
     def _lacking(self, what: str, words: str) -> str:
         """That something is not given of each position, and of which, if of some; '' where it is."""
@@ -128,6 +128,8 @@ def _roots(data: Data) -> dict[str, str]:
         if set(data.held_out) & set(data.given)
         else f"no position of {name} is held out of the fit",
     }
+    if FIDUCIALS not in data.given.get(data.reference, given):
+        found["sweep"] = data.apart or f"no nipples are given for {name} {data.reference}"
     if FIDUCIALS not in given and data.base != "prone":
         found["fiducials"] = f"no nipples are given for {name}, which are found in prone only"
     if not data.thickness and data.base != "prone":

@@ -22,8 +22,9 @@ from mammosim.core.settings import looked_up, read
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging import registration as rigid
 from mammosim.imaging import segmentation as tissues
-from mammosim.imaging.markers import chest_markers, require_four
+from mammosim.imaging.markers import worn_on_chest
 from mammosim.imaging.segmentation import Segmentation
+from mammosim.imaging.unmarked import register_unmarked
 from mammosim.io.fiducials import read_fiducials, write_fiducials
 from mammosim.io.images import read_image, read_labels, write_image, write_labels
 from mammosim.io.label_maps import CodedMap, read_label_map
@@ -33,7 +34,10 @@ from mammosim.io.transforms import read_transform, write_transform
 
 log = logging.getLogger(__name__)
 
-STEPS = ["step", "marker_residual_mm", "correlation", "iterations", "used"]
+STEPS = list(rigid.COLUMNS)
+# ASSUME: breasts hang, and nipples show in the labels, where gravity points to the front within 60 degrees.
+HANGING = -0.5
+NO_POINTS = Fiducials((), (), np.empty((0, 3)))
 LEARNT = ("classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing")
 
 
@@ -78,16 +82,19 @@ save_moved_fiducials = save_fiducials
 def fiducials(inputs: Inputs) -> Fiducials:
     """The list of a person, scanner frame; its chest markers as found in the image where asked for.
 
-    Without a list the nipples, as found in the labels. Chest markers are needed to bring positions together.
+    Without a list the nipples, as found in the labels where the breasts hang, else no point at all.
     """
     if not is_marked(inputs):
-        return nipples(inputs["labels"])
-    found: Fiducials = inputs["listed"]
-    if finds_markers(inputs):
-        found = chest_markers(inputs["scan"], found)
-    if "reference" in inputs.subject.has:
-        require_four(found.of_kind("chest"))
-    return found
+        return nipples(inputs["labels"]) if hangs(inputs.subject.gravity) else NO_POINTS
+    listed: Fiducials = inputs["listed"]
+    if "reference" not in inputs.subject.has:
+        return listed
+    return worn_on_chest(listed, inputs["scan"] if finds_markers(inputs) else None)
+
+
+def hangs(gravity: str) -> bool:
+    """Whether breasts hang to the front under gravity 'x y z' of the scanner frame."""
+    return float(gravity_vector(gravity)[1]) < HANGING
 
 
 @dataclass(frozen=True)
@@ -99,12 +106,16 @@ class Moved:
 
 
 def registration(inputs: Inputs) -> Moved:
-    """Markers first, then the rib cage's image."""
+    """Markers first, then the rib cage's image; without chest markers in both the rib cage alone."""
     if not inputs.subject.moves:
         return Moved(IDENTITY, pd.DataFrame(columns=STEPS))
     settings = looked_up(rigid.Settings, inputs.setting, "registration")
     fixed, moving = (inputs[name].of_kind("chest") for name in ("reference_fiducials", "fiducials"))
-    found = rigid.register(inputs["reference_scan"], inputs["scan"], fixed, moving, settings=settings)
+    images = inputs["reference_scan"], inputs["scan"]
+    if len(fixed) and len(moving):
+        found = rigid.register(*images, fixed, moving, settings=settings)
+    else:
+        found = register_unmarked(*images, settings=settings)
     return Moved(found.refined, found.table)
 
 

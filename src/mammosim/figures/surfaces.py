@@ -9,6 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES, SUBTRIANGLES, TetMesh
 from mammosim.figures.render import Camera, Solid, render
@@ -55,6 +56,15 @@ def cut_solid(mesh: TetMesh, kept: np.ndarray, rgb: np.ndarray | None = None) ->
 def tissue_rgb(tissue: np.ndarray) -> np.ndarray:
     """Colours (n, 3) of tissues (n,)."""
     return np.array([to_rgb(TISSUE_COLOURS[label]) for label in Label])[tissue]
+
+
+def left_breast(fiducials: Fiducials, mesh: TetMesh) -> np.ndarray:
+    """Where a body is cut (3,) mm: at the left nipple, or amid its left half when nobody marked one."""
+    if "nipple_left" in fiducials.names:
+        return fiducials.point("nipple_left")
+    points = mesh.points
+    middle: np.ndarray = points[points[:, 0] >= (points[:, 0].min() + points[:, 0].max()) / 2].mean(axis=0)
+    return middle
 
 
 def balls_solid(points: np.ndarray, colour: str, *, radius_mm: float = 3.5) -> Solid:

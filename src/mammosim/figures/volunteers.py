@@ -37,14 +37,14 @@ MARKS = {"chest": (SKY, "s"), "breast": (GREEN, "o"), "nipple": (ORANGE, "D")}
 def positions(
     images: Mapping[str, Image], fiducials: Mapping[str, Fiducials], gravity: Mapping[str, np.ndarray]
 ) -> Figure:
-    """One volunteer: an axial and a sagittal slice through the left nipple, with markers.
+    """One volunteer: an axial and a sagittal slice through the left nipple (or the middle), with markers.
 
     gravity: unit vectors (3,) in the frame of each image; drawn as an arrow.
     """
     figure = new_figure(4.6)
     axes = figure.subplots(2, len(images), squeeze=False)
     for column, (position, image) in enumerate(images.items()):
-        nipple = fiducials[position].point("nipple_left")
+        nipple = left_nipple(fiducials[position], image)
         for ax, plane, at in zip(axes[:, column], ("axial", "sagittal"), (nipple[2], nipple[0])):
             draw_slice(ax, image, plane, at)
             draw_fiducials(ax, fiducials[position], plane, at)
@@ -60,6 +60,14 @@ def positions(
     handles = [axes[0, 0].plot([], [], m, color=c, mec="k", label=kind)[0] for kind, (c, m) in shown.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
+
+
+def left_nipple(fiducials: Fiducials, image: Image) -> np.ndarray:
+    """Where an image is cut (3,) mm: at the left nipple, or in its middle when nobody marked one."""
+    if "nipple_left" in fiducials.names:
+        return fiducials.point("nipple_left")
+    middle: np.ndarray = image.grid.points((np.array(image.grid.shape) - 1)[None] / 2)[0]
+    return middle
 
 
 def draw_fiducials(ax: Axes, fiducials: Fiducials, plane: str, at_mm: float, within_mm: float = 12.0) -> None:
@@ -80,21 +88,24 @@ def draw_fiducials(ax: Axes, fiducials: Fiducials, plane: str, at_mm: float, wit
 
 @styled
 def registration(fixed: Image, before: Image, after: Image, steps: pd.DataFrame, *, at_mm: float) -> Figure:
-    """Checkerboards of the fixed and the moving image, unmoved and registered; residual of each step.
+    """Checkerboards of the fixed and the moving image, unmoved and registered; what is left after each step.
 
-    before, after: on the grid of `fixed`. steps: columns step, and one or more ending in _mm; at_mm: z.
+    before, after: on the grid of `fixed`. steps: columns step, and one or more ending in _mm, of which those
+    with numbers are drawn: residuals of markers, or the limits of the error without them; at_mm: z.
     """
     figure = new_figure(2.5)
     axes = figure.subplots(1, 3, width_ratios=(1, 1, 0.72))
     for ax, image, title in zip(axes, (before, after), ("as scanned", "registered")):
         _draw_checkerboard(ax, fixed, image, at_mm)
         ax.set_title(title)
-    columns = [c for c in steps.columns if c.endswith("_mm") and pd.api.types.is_numeric_dtype(steps[c])]
+    known = steps.dropna(axis="columns", how="all").select_dtypes("number")
+    columns = [column for column in known.columns if column.endswith("_mm")]
+    marked = any(column.startswith("marker") for column in columns)
     width = 0.8 / max(len(columns), 1)
     for k, column in enumerate(columns):
         place = np.arange(len(steps)) + (k - (len(columns) - 1) / 2) * width
         axes[2].bar(place, steps[column], 0.92 * width, color=SERIES[k % len(SERIES)], label=_words(column))
-    axes[2].set(ylabel="distance (mm)", title="residual")
+    axes[2].set(ylabel="distance (mm)", title="residual" if marked or not columns else "no markers: limits")
     axes[2].set_xticks(range(len(steps)), [str(s).replace("_", " ") for s in steps["step"]], rotation=20)
     axes[2].grid(False, axis="x")
     axes[2].margins(y=0.4)

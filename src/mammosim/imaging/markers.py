@@ -54,6 +54,24 @@ def chest_markers(image: Image, listed: Fiducials, *, diameter_mm: float = 7.0) 
     )
 
 
+def worn_on_chest(listed: Fiducials, image: Image | None) -> Fiducials:
+    """The list with its four chest markers, as found in the image where one is given; or with none.
+
+    There are none where the list has none, and not four are found. Raises FiducialError: a list that has
+    some has not four, or collinear ones, or they are not found.
+    """
+    worn = len(listed.of_kind("chest")) > 0
+    if image is not None:
+        try:
+            return chest_markers(image, listed)
+        except FiducialError:
+            if worn:
+                raise
+    if worn:
+        require_four(listed.of_kind("chest"))
+    return listed
+
+
 def require_four(chest: np.ndarray) -> None:
     """Raises FiducialError unless chest (n, 3) mm are four points that fix a rigid motion."""
     places = "; ".join(f"({x:.1f}, {y:.1f}, {z:.1f})" for x, y, z in chest[:SHOWN]) or "nowhere"

@@ -81,14 +81,21 @@ def test_labels_given_skip_the_segmentation_only(found):
     assert given["labels"] == given["mammogram"] == ""
 
 
-def test_without_markers_nothing_is_registered_and_one_position_is_used(found):
+def test_without_markers_the_rib_cages_are_registered_and_all_positions_are_used(found):
     unmarked = replace(ADA, given=dict.fromkeys(ADA.given, SERIES - {"fiducials"}))
     given = found(unmarked)
-    assert given["registration"] == given["fit"] == given["validation"] == "no markers are given for ada"
-    assert given["mammogram"] == "", "nipples are found in her labels"
-    assert (unmarked.used, unmarked.frame) == (("prone",), "prone")
-    partly = replace(ADA, given=ADA.given | {"supine": SERIES - {"fiducials"}})
-    assert found(partly)["registration"] == "no markers are given for ada supine"
+    assert given["registration"] == given["fit"] == given["validation"] == given["mammogram"] == ""
+    assert given["sweep"] == "no nipples are given for ada supine"
+    assert (unmarked.used, unmarked.frame) == (tuple(ADA.given), "supine")
+    partly = replace(ADA, given=ADA.given | {"supine_tilted": SERIES - {"fiducials"}})
+    assert found(partly)["registration"] == found(partly)["sweep"] == ""
+
+
+def test_without_an_image_of_each_position_nothing_is_registered(found):
+    partly = replace(ADA, given=ADA.given | {"supine": frozenset({"labels", "fiducials"})})
+    given = found(partly)
+    assert given["registration"] == given["fit"] == given["sweep"] == "no images are given for ada supine"
+    assert (partly.used, partly.frame) == (("prone",), "prone")
 
 
 def test_nipples_that_nobody_marked_are_found_in_prone_only(found):

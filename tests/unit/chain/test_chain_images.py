@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mammosim.chain import images
 from mammosim.chain.graph import Chain
 from mammosim.chain.stages import STAGES
 from mammosim.chain.subject import Subject
@@ -39,11 +40,16 @@ def called(monkeypatch):
         found["fixed"], found["moving"] = fixed, moving
         return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
 
+    def unmarked(fixed, moving, *, settings):
+        found["unmarked"] = settings
+        return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
+
     def segment(image, strokes, *, settings):
         found["segmentation"] = settings
         return SimpleNamespace(labels="labels")
 
     monkeypatch.setattr(registration, "register", register)
+    monkeypatch.setattr(images, "register_unmarked", unmarked)
     monkeypatch.setattr(segmentation, "segment", segment)
     return found
 
@@ -70,6 +76,29 @@ def test_the_reference_position_is_not_moved(called):
     breast = _chain(moves=False)["breast"]
     assert breast.to_reference is IDENTITY
     assert "registration" not in called
+
+
+@pytest.mark.parametrize("unmarked", ["fiducials", "reference_fiducials"])
+def test_without_chest_markers_in_both_positions_the_rib_cage_is_registered(called, unmarked):
+    nipple = Fiducials(("nipple_left",), ("nipple",), np.zeros((1, 3)))
+    breast = _chain().given({unmarked: nipple})["breast"]
+    assert called["unmarked"] == registration.Settings(2.0, (3.0, 0.0), 7, 500)
+    assert "registration" not in called
+    np.testing.assert_allclose(breast.gravity, [1, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "found"), [("0 -1 0", 2), ("0 -0.9 0.4", 2), ("0 1 0", 0), ("0 0 -1", 0)]
+)
+def test_nipples_are_looked_for_in_labels_only_where_breasts_hang(monkeypatch, tmp_path, gravity, found):
+    two = Fiducials(("nipple_left", "nipple_right"), ("nipple",) * 2, np.zeros((2, 3)))
+    monkeypatch.setattr(images, "nipples", lambda labels: two)
+    subject = Subject("left", gravity, (1,), has=("images", "reference"))
+    points = Chain(subject, SETTINGS, frozenset(), STAGES).given({"labels": "labels"})["fiducials"]
+    assert len(points.names) == found
+    kept = {"fiducials": str(tmp_path / "points.csv")}
+    images.save_fiducials(points, kept, {})
+    assert images.load_fiducials(kept).names == points.names, "a list without points is a list"
 
 
 def test_another_stream_grows_another_forest(called):

@@ -96,6 +96,13 @@ CASES: dict[str, Callable[[Any], Figure]] = {
         t.image, t.image, t.image,
         pd.DataFrame({"step": ["landmarks", "image"], "marker_residual_mm": [1.0, 0.8]}), at_mm=0.0,
     ),
+    "registration without markers": lambda t: volunteers.registration(
+        t.image, t.image, t.image,
+        pd.DataFrame(
+            {"step": ["surface", "image"], "marker_residual_mm": [np.nan] * 2, "error_95_mm": [2.0, 0.1]}
+        ),
+        at_mm=0.0,
+    ),
     "segmentation": lambda t: volunteers.segmentation(
         t.image, t.labels, pd.DataFrame({"tissue": ["adipose"], "dice": [0.9]}),
         point=np.array([75.0, -60, 0]),

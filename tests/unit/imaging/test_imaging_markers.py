@@ -6,7 +6,7 @@ import pytest
 from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import RigidTransform, rotation
-from mammosim.imaging.markers import chest_markers, find_markers, require_four
+from mammosim.imaging.markers import chest_markers, find_markers, require_four, worn_on_chest
 
 TURNED = RigidTransform(rotation(np.array([2.0, -1.0, 3.0])), np.array([3.3, -2.1, 1.7]))
 
@@ -55,3 +55,19 @@ def test_collinear_markers_are_rejected() -> None:
     line = np.array([[1.0, 0, 0], [0, 0, 40], [0, 2, 80], [0, 0, 120]])
     with pytest.raises(FiducialError, match=r"collinear: they spread 89 mm along a line and 1\.. mm across"):
         require_four(line)
+
+
+def test_chest_markers_may_be_worn_or_not_but_not_in_part(chest, monkeypatch) -> None:
+    nowhere = chest.listed()
+    assert worn_on_chest(nowhere, None) is nowhere
+    four = chest_markers(chest.image, nowhere)
+    assert worn_on_chest(four, None) is four
+    three = Fiducials(four.names[1:], four.kinds[1:], four.points[1:])
+    with pytest.raises(FiducialError, match=r"^3 chest markers at"):
+        worn_on_chest(three, None)
+    assert worn_on_chest(nowhere, chest.image).names == four.names, "found, though nobody listed them"
+    none = np.zeros((0, 3))
+    monkeypatch.setattr("mammosim.imaging.markers.find_markers", lambda image, *, diameter_mm: none)
+    assert worn_on_chest(nowhere, chest.image) is nowhere
+    with pytest.raises(FiducialError, match=r"^0 chest markers at nowhere"):
+        worn_on_chest(four, chest.image)

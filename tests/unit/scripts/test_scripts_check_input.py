@@ -22,6 +22,7 @@ CORNERS = np.array([[0.0, 0, 0], [90, 0, 0], [0, 0, 90], [90, 0, 90]])
 NOTES = ["3 cm3 in 1 holes are filled", "no skin is labelled"]
 SAID = {"notes": "; ".join(NOTES)}
 FOUR = Fiducials(tuple(f"chest_{n}" for n in range(1, 5)), ("chest",) * 4, CORNERS)
+NONE = Fiducials(("nipple_left",), ("nipple",), CORNERS[:1])
 THREE = Fiducials(FOUR.names[:3], FOUR.kinds[:3], CORNERS[:3])
 
 
@@ -105,20 +106,16 @@ def test_a_list_needs_four_chest_markers_only_where_positions_are_brought_togeth
         check(files, listed=THREE)
     check(files, listed=THREE, registered=False)
     check(files, listed=FOUR)
+    check(files, listed=NONE)
 
 
 def test_chest_markers_are_looked_for_in_the_image_where_they_are_to_be_found(check, monkeypatch):
     seen = []
 
-    def looked_for(image, listed):
-        seen.append((image, listed))
-        return FOUR
-
-    monkeypatch.setattr(check.module, "chest_markers", looked_for)
+    monkeypatch.setattr(check.module, "worn_on_chest", lambda listed, image: seen.append((listed, image)))
     check({"images": "i.nii.gz", "listed": "list.csv"}, listed=THREE, found=True)
-    assert seen == [(IMAGE, THREE)]
     check({"images": "i.nii.gz", "listed": "list.csv"}, listed=FOUR)
-    assert len(seen) == 1
+    assert seen == [(THREE, IMAGE), (FOUR, None)]
 
 
 def test_a_list_has_the_nipples_of_the_sides_that_are_studied(check):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mammosim.chain.points import MaterialPoints
-from mammosim.core.errors import IdentificationError, MechanicsError, MeshError
+from mammosim.core.errors import FiducialError, IdentificationError, MechanicsError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
@@ -194,6 +194,20 @@ def test_the_search_by_hand_is_lowest_near_the_truth_and_says_what_failed(proble
     table = grid_table(problem, Grid(breast_kpa=[0.01, 1.5, 6.0], skin_kpa=[10.0]))
     assert table.breast_kpa[table.skin_rms_mm.idxmin()] == 1.5
     assert table.outcome[0].startswith(("failed: ", "unstable: "))
+
+
+def test_without_breast_markers_the_skin_alone_is_explained(problem):
+    """And chest markers are not asked for: what the registration left is not seen by them."""
+    pair = problem.pair
+    bare = Fiducials((), (), np.empty((0, 3)))
+    unmarked = Pair(pair.start, replace(pair.goal, fiducials=bare))
+    require_one_body(unmarked)
+    table = grid_table(replace(problem, pair=unmarked), Grid(breast_kpa=[1.5, 6.0], skin_kpa=[10.0]))
+    assert table.breast_kpa[table.skin_rms_mm.idxmin()] == 1.5
+    assert table.marker_rms_mm.isna().all()
+    others = Fiducials(("breast_x",), ("breast",), np.zeros((1, 3)))
+    with pytest.raises(FiducialError, match="share no breast marker"):
+        Pair(pair.start, replace(pair.goal, fiducials=others))
 
 
 def test_swapped_sides_are_named(pair):

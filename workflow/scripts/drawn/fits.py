@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from mammosim.core.errors import MissingResult
 from mammosim.figures import deformation, validation
 from mammosim.figures import identification as moduli
+from mammosim.figures.surfaces import left_breast
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_table
@@ -56,5 +57,5 @@ def prediction(files: dict, told: dict, job: dict) -> Figure:
         shapes["predicted"] = known[position][0]
         near_cut = distance_to_rim(measured) < CUT_MM
         away = np.where(near_cut, np.nan, distance_opposite(measured, shapes["predicted"]))
-    x, _, z = read_fiducials(files["fiducials"]).point("nipple_left")
+    x, _, z = left_breast(read_fiducials(files["fiducials"]), measured)
     return validation.prediction(shapes, validation.SkinMap(measured, away), distances, x_mm=x, z_mm=z)

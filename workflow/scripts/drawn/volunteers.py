@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from mammosim.core.positions import gravity_vector
 from mammosim.core.rigid import IDENTITY
 from mammosim.figures import volunteers
-from mammosim.figures.surfaces import mesh_with_tissues
+from mammosim.figures.surfaces import left_breast, mesh_with_tissues
 from mammosim.imaging.registration import resample
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.images import read_image, read_labels
@@ -27,21 +27,21 @@ def registration(files: dict, told: dict, job: dict) -> Figure:
     """The moving image is resampled as it was scanned, beside how it was registered."""
     fixed, after = read_image(files["fixed"]), read_image(files["after"])
     before = resample(read_image(files["moving"]), IDENTITY, fixed.grid)
-    z = read_fiducials(files["fiducials"]).point("nipple_left")[2]
+    z = volunteers.left_nipple(read_fiducials(files["fiducials"]), fixed)[2]
     return volunteers.registration(fixed, before, after, read_table(files["steps"]), at_mm=z)
 
 
 def segmentation(files: dict, told: dict, job: dict) -> Figure:
     """With the overlap with the truth where that is known; told: behind_mm, the slices behind the nipple."""
-    point = read_fiducials(files["fiducials"]).point("nipple_left") + np.array([0.0, told["behind_mm"], 0.0])
+    image, points = read_image(files["image"]), read_fiducials(files["fiducials"])
+    point = volunteers.left_nipple(points, image) + np.array([0.0, told["behind_mm"], 0.0])
     overlap = read_table(files["dice"][0]) if files["dice"] else None
-    return volunteers.segmentation(
-        read_image(files["image"]), read_labels(files["labels"]), overlap, point=point
-    )
+    return volunteers.segmentation(image, read_labels(files["labels"]), overlap, point=point)
 
 
 def mesh(files: dict, told: dict, job: dict) -> Figure:
     """Cut through the left nipple."""
-    points = read_fiducials(files["fiducials"])
-    nipples = np.array([points.point(name) for name in ("nipple_left", "nipple_right")])
-    return mesh_with_tissues(read_mesh(files["mesh"]), cut_x_mm=nipples[0, 0], nipples=nipples)
+    mesh, points = read_mesh(files["mesh"]), read_fiducials(files["fiducials"])
+    x = left_breast(points, mesh)[0]
+    marked = [points.point(name) for name in ("nipple_left", "nipple_right") if name in points.names]
+    return mesh_with_tissues(mesh, cut_x_mm=x, nipples=np.array(marked).reshape(-1, 3))

@@ -27,6 +27,8 @@ def require_one_body(pair: Pair, *, middle_mm: float = 0.0) -> None:
             f"{len(crossed)} of {len(names)} breast markers ({', '.join(crossed)}) change sides "
             "between the positions: left and right are swapped; check names and image orientation"
         )
+    if not _marked_chest(pair):
+        return  # each was cut out where its own shape says; that the rib cages match was found before
     one, other = _volumes_cm3(pair)
     if abs(other / one - 1) > LARGEST_VOLUME_CHANGE:
         raise IdentificationError(
@@ -58,7 +60,7 @@ def chest_motion(pair: Pair) -> tuple[float, float]:
 def require_explained(fit: Fit) -> None:
     """Raises IdentificationError when the best fit leaves more than measurement and model can."""
     left = fit.history[-1]
-    if left.skin_rms_mm <= LARGEST_SKIN_MM and left.marker_rms_mm <= LARGEST_MARKER_MM:
+    if left.skin_rms_mm <= LARGEST_SKIN_MM and not left.marker_rms_mm > LARGEST_MARKER_MM:
         return
     raise IdentificationError(
         f"no moduli explain both positions: the best leave {left.skin_rms_mm:.1f} mm of the skin (at most "
@@ -66,6 +68,11 @@ def require_explained(fit: Fit) -> None:
         f"{LARGEST_MARKER_MM:g}). The volumes agree: look for markers exchanged within a breast, a wrong "
         "segmentation, or what the model leaves out, such as ligaments"
     )
+
+
+def _marked_chest(pair: Pair) -> bool:
+    """Whether chest markers are in both positions."""
+    return all(len(each.fiducials.of_kind("chest")) > 0 for each in (pair.start, pair.goal))
 
 
 def _volumes_cm3(pair: Pair) -> tuple[float, float]:

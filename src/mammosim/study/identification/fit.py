@@ -92,15 +92,18 @@ def _require_short(relative: float, objective: float, settings: FitSettings) -> 
 def data_errors(problem: Problem, state: State, least: Errors) -> Errors:
     """The standard errors that explain what is left, but not less than `least`."""
     skin, marker = left_over(problem, state)
-    return Errors(max(skin, least.skin_mm), max(marker, least.marker_mm))
+    return Errors(max(skin, least.skin_mm), max(least.marker_mm, marker))
 
 
 def left_over(problem: Problem, state: State) -> tuple[float, float]:
-    """What is left of the data, root mean squares in mm: of the skin by news, of markers' coordinates."""
-    unit = Errors(1.0, 1.0)
-    r, m = problem.residual(state, unit), 3 * len(problem.pair.shared)
+    """What is left of the data, root mean squares in mm: of the skin by news, of markers' coordinates.
+
+    NaN where there are no markers.
+    """
+    r, m = problem.residual(state, Errors(1.0, 1.0)), 3 * len(problem.pair.shared)
+    skin, markers = np.split(r, [len(r) - m])
     news = problem.news(state).sum()
-    return float(np.sqrt(np.sum(r[:-m] ** 2) / news)), float(np.sqrt(np.mean(r[-m:] ** 2)))
+    return float(np.sqrt(np.sum(skin**2) / news)), float(np.sqrt(np.mean(markers**2))) if m else float("nan")
 
 
 def _objective(problem: Problem, state: State, errors: Errors) -> float:

@@ -47,14 +47,16 @@ class Position:
 class Pair:
     """start: the position whose mesh is the body (prone); goal: the one to be predicted (supine).
 
-    Raises FiducialError when the two share no breast marker, MeshError when all skin is near a cut.
+    Without breast markers in one of them the skin alone is explained. Raises FiducialError when both have
+    breast markers and share none, MeshError when all skin is near a cut.
     """
 
     start: Position
     goal: Position
 
     def __post_init__(self) -> None:
-        if not self.shared:
+        marked = [len(each.fiducials.of_kind("breast")) for each in (self.start, self.goal)]
+        if all(marked) and not self.shared:
             raise FiducialError("the positions share no breast marker; give them the same names")
         if not self.counted.any():
             raise MeshError(
@@ -98,12 +100,12 @@ class Pair:
 
     @cached_property
     def _given(self) -> np.ndarray:
-        return np.array([self.start.fiducials.point(name) for name in self.shared])
+        return np.array([self.start.fiducials.point(name) for name in self.shared]).reshape(-1, 3)
 
     @cached_property
     def goals(self) -> np.ndarray:
         """Where the shared markers were measured in the goal (n, 3)."""
-        return np.array([self.goal.fiducials.point(name) for name in self.shared])
+        return np.array([self.goal.fiducials.point(name) for name in self.shared]).reshape(-1, 3)
 
     @cached_property
     def _goal_skin(self) -> tuple[NearestOnTriangles, np.ndarray, NearestOnTriangles]:
@@ -116,6 +118,8 @@ class Pair:
 
     def marker_places(self, x: np.ndarray) -> np.ndarray:
         """The shared markers (n, 3) mm when the nodes are at x (n_node, 3)."""
+        if not self.shared:
+            return self._given
         return self.markers.carry_above(self._given, self.start.mesh.points, x)
 
     def contacts(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -158,7 +158,7 @@ def position_rows(nipples: pd.DataFrame, measured: Fiducials) -> list[dict[str, 
     rows = []
     columns = [f"nipple_{axis}_mm" for axis in AXES]
     for side, draws in nipples.groupby("side", sort=False):
-        places, there = draws.set_index("draw")[columns], measured.point(f"nipple_{side}")
+        places, there = draws.set_index("draw")[columns], _measured(measured, f"nipple_{side}")
         fit = places.loc[FIT].to_numpy()
         away = np.linalg.norm(places.to_numpy() - fit, axis=1)
         places["nipple_from_fit_mm"] = np.where(places.isna().any(axis=1), np.nan, away)
@@ -166,6 +166,11 @@ def position_rows(nipples: pd.DataFrame, measured: Fiducials) -> list[dict[str, 
         ranked = int(places.drop(index=FIT).notna().all(axis=1).sum())
         rows += [_row(str(side), places[name], ranked, measured=value) for name, value in zip(places, found)]
     return rows
+
+
+def _measured(measured: Fiducials, name: str) -> np.ndarray:
+    """The point (3,), NaN where it was not measured."""
+    return measured.point(name) if name in measured.names else np.full(3, np.nan)
 
 
 def pressed_rows(pressed: pd.DataFrame, *, ranked: int) -> list[dict[str, str | float]]:

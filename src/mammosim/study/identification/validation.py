@@ -64,11 +64,14 @@ def predicted(start: Start, body: Body, gravity: np.ndarray, *, near: np.ndarray
 def point_errors(found: Fiducials, measured: Fiducials) -> dict[str, float]:
     """Distances in mm by quantity: each breast marker and nipple, marker_mean, marker_max.
 
-    Raises FiducialError when the two lists share no breast marker.
+    Without the markers where one of the lists has none. Raises FiducialError when both have breast markers,
+    and share none.
     """
     shared = [name for name in found.names if name in measured.names]
     errors = {name: float(np.linalg.norm(found.point(name) - measured.point(name))) for name in shared}
     markers = [error for name, error in errors.items() if name not in NIPPLES]
+    if not all(len(each.of_kind("breast")) for each in (found, measured)):
+        return errors
     if not markers:
         raise FiducialError("no breast marker is in both positions' lists; give them the same names")
     return errors | {"marker_mean": float(np.mean(markers)), "marker_max": float(np.max(markers))}
