@@ -54,18 +54,18 @@ GAP_MM = 8.0
 LOG_SCALE = 500.0
 
 
-def body_mask(image: Image) -> np.ndarray:
+def body_mask(image: Image, *, skin_level: float = SKIN_LEVEL) -> np.ndarray:
     """Body (nz, ny, nx) bool: the largest object brighter than air, with what it encloses in axial slices.
 
     Dark parts that reach no air in front count as enclosed; where brightness fades towards the back, the body
     goes on straight to the image's border. Neither unit nor zero of the intensities matters. Raises
-    ImageError when no body is in the image.
+    ImageError when no body is in the image. skin_level: part of the brightness nearby at which it begins.
     """
     if np.ptp(image.values) == 0:
         raise ImageError(f"all voxels have the value {image.values.flat[0]:g}; give an image of a body")
     I = _relative(image.values)
     least = _least_of_body(I)
-    body = largest_part(np.maximum(least, SKIN_LEVEL * _nearby(I, image.grid.spacing)) < I)
+    body = largest_part(np.maximum(least, skin_level * _nearby(I, image.grid.spacing)) < I)
     body = largest_part(ndimage.uniform_filter(body.astype(np.float32), 3, mode="nearest") > 0.5)
     body = np.stack([_filled(axial, image.grid.spacing[:2]) for axial in body])
     return _unfaded(body, I, least, float(image.grid.spacing[1]))

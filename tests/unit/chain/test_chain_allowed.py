@@ -68,6 +68,12 @@ def test_one_position_has_no_fit_and_no_registration_and_still_a_mammogram(found
         assert given[name] == "", name
 
 
+def test_one_series_without_strokes_and_markers_is_segmented(found):
+    given = found(prone("images"))
+    for name in ("segmentation", "labels", "gland_probability", "mesh", "pressed", "mammogram"):
+        assert given[name] == "", name
+
+
 def test_one_position_cannot_begin_with_the_mean_of_two(found):
     given = found(prone(*SERIES), default="fixed_point", start="mean")
     assert given["stress_free"] == given["mammogram"] == ONE

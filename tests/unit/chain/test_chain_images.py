@@ -39,7 +39,7 @@ def called(monkeypatch):
         return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
 
     def segment(image, strokes, *, settings):
-        found["segmentation"] = settings
+        found["segmentation"], found["strokes"] = settings, strokes
         return SimpleNamespace(labels="labels")
 
     monkeypatch.setattr(registration, "register", register)
@@ -63,6 +63,14 @@ def test_settings_reach_registration_and_segmentation(called):
     assert called["segmentation"].voxel_mm == 4.0
     assert breast.labels == "labels"
     np.testing.assert_allclose(breast.gravity, [1, 0, 0], atol=1e-12)
+
+
+def test_tissues_are_learnt_only_from_strokes_that_are_given(called):
+    _chain().make("labels").required()
+    assert isinstance(called["strokes"], pd.DataFrame)
+    unpainted = Subject("left", "0 -1 0", (1, "w", "left"), (1, "w"), False, has=("images", "fiducials"))
+    Chain(unpainted, SETTINGS, frozenset(), STAGES).given({"scan": IMAGE}).make("labels").required()
+    assert called["strokes"] is None
 
 
 def test_the_reference_position_is_not_moved(called):
