@@ -1,9 +1,9 @@
 """The chest wall: where breast ends and muscle begins, a radius r(z, theta) round an axis through the thorax.
 
 Along each ray from the axis the wall is an edge between muscle and the fat before it, near an ellipse that
-the body's outline gives, and almost as far from the axis as on the rays beside it. Thus it is closed: there is
-no way from the breast to what lies behind. Such surfaces of least cost are usual for it (Gallego-Ortiz & Martel,
-Med Phys 39:6886, 2012; Wu et al., Med Phys 40:042301, 2013).
+the body's outline gives, and almost as far from the axis as on the rays beside it. Thus it is closed: no way
+leads from the breast to what lies behind. Such surfaces are usual for it (Gallego-Ortiz & Martel, Med Phys
+39:6886, 2012; Wu et al., Med Phys 40:042301, 2013).
 """
 
 from dataclasses import dataclass, replace

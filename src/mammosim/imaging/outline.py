@@ -114,10 +114,12 @@ def _unfaded(body: np.ndarray, I: np.ndarray, least: float, dy: float) -> np.nda
     bright = [j for j in rows if np.percentile(I[:, j][body[:, j]], 90) > FADED * least]
     if not bright or (rows[-1] - bright[-1]) * dy < FADED_MM:
         return body
-    whole, widest = body.copy(), int(body.sum(axis=(0, 2)).argmax())
-    wide: np.ndarray = np.any(body[:, widest : bright[-1] + 1], axis=1)
+    whole, widest, last = body.copy(), int(body.sum(axis=(0, 2)).argmax()), bright[-1]
+    first = min(widest, last)
+    whole[:, first : last + 1] = np.maximum.accumulate(body[:, first : last + 1], axis=1)
+    wide = whole[:, last]
     between = np.maximum.accumulate(wide, 1) & np.maximum.accumulate(wide[:, ::-1], 1)[:, ::-1]
-    whole[:, widest:] |= between[:, None]
+    whole[:, last:] |= between[:, None]
     return whole
 
 
