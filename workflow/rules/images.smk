@@ -110,7 +110,7 @@ rule register:
 
 
 rule segment:
-    """Tissue labels of one image from a few strokes: forest, speed image, active contour."""
+    """Tissue labels of one image: from strokes by forest and active contour, without any from the image alone."""
     input:
         unpack(reads("labels", "gland_probability")),
     output:

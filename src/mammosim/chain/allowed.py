@@ -121,6 +121,7 @@ def _roots(data: Data) -> dict[str, str]:
     found |= {
         "scan": "" if IMAGES in given else f"no images are given for {name}",
         "listed": "" if FIDUCIALS in given else f"no markers are given for {name}{FOUND}",
+        "strokes": "" if STROKES in given else f"no strokes are given for {name}",
         "segmentation": f"labels are given for {name}" if LABELS in given else "",
         "given_labels": "" if LABELS in given else f"no labels are given for {name}",
         "upright": "" if data.base == "prone" else f"{name} was not scanned prone",

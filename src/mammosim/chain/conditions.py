@@ -21,6 +21,11 @@ def is_segmented(inputs: Inputs) -> bool:
     return not is_labelled(inputs)
 
 
+def is_painted(inputs: Inputs) -> bool:
+    """Whether strokes are given, from which tissues are learnt."""
+    return "strokes" in inputs.subject.has
+
+
 def is_marked(inputs: Inputs) -> bool:
     """Whether a list of its markers and nipples is given."""
     return "fiducials" in inputs.subject.has

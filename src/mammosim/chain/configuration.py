@@ -187,7 +187,7 @@ def check_volunteers(
     """Raise ConfigurationError unless each row names a known position that agrees with its gravity.
 
     rows: of COLUMNS, gravity as 'x y z' in the scanner frame LPS, series as `io.dicom.read_series` has it.
-    Each position stands once, and has labels, or images with strokes, of its own. there: whether a path that
+    Each position stands once, and has labels or images of its own. there: whether a path that
     is named is there, or will be; digital: names of digital volunteers, whose scans are in results/raw/NAME.
     """
     positions: dict[str, list[str]] = {}
@@ -230,11 +230,10 @@ def _faults(row: Row, file: str, there: Callable[[str], bool]) -> list[str]:
 
 
 def _check_given(row: Row, file: str) -> None:
-    """Raise ConfigurationError where neither labels are given nor what labels are made of."""
-    if not row.get("labels") and (lacking := [name for name in ("images", "strokes") if not row.get(name)]):
+    """Raise ConfigurationError where neither labels are given nor images, of which labels are made."""
+    if not row.get("labels") and not row.get("images"):
         raise ConfigurationError(
-            f"{file}: volunteer {row['volunteer']!r}, {row['position']}, lacks {' and '.join(lacking)}; give "
-            "images with strokes, or labels"
+            f"{file}: volunteer {row['volunteer']!r}, {row['position']}, lacks images; give images, or labels"
         )
     _check_series(row, file)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.breast import Breast
-from mammosim.chain.conditions import finds_markers, is_labelled, is_marked, is_moved
+from mammosim.chain.conditions import finds_markers, is_labelled, is_marked, is_moved, is_painted
 from mammosim.chain.given_labels import LabelSettings, prepared
 from mammosim.chain.graph import Inputs
 from mammosim.chain.labelled import nipples
@@ -153,11 +153,12 @@ def moved_fiducials(inputs: Inputs) -> Fiducials:
 
 
 def segmentation(inputs: Inputs) -> Segmentation:
-    """Tissue labels and the probability of gland, scanner frame."""
+    """Tissue labels and the probability of gland, scanner frame; from strokes where they are given."""
     given = {name: inputs.setting(f"segmentation.{name}") for name in LEARNT}
     given["seed"] = seed_of(*inputs.subject.scan, "segment")
     settings = read(tissues.Settings, given, "segmentation")
-    return tissues.segment(inputs["scan"], inputs["strokes"], settings=settings)
+    painted = inputs["strokes"] if is_painted(inputs) else None
+    return tissues.segment(inputs["scan"], painted, settings=settings)
 
 
 def taken_labels(inputs: Inputs) -> LabelMap:

@@ -14,6 +14,7 @@ from mammosim.chain.conditions import (
     is_labelled,
     is_marked,
     is_moved,
+    is_painted,
     is_scattered,
     is_segmented,
     is_unmarked,
@@ -85,7 +86,7 @@ LABELLED: Mapping[str, Stage] = {
     ),
     "segmentation": Stage(
         "images.segmentation",
-        ("scan", "strokes"),
+        ("scan", Need("strokes", is_painted)),
         _in("segmentation", "classifier", "trees", "voxel_mm", "neighbourhood_mm", "smoothing"),
     ),
     "taken_labels": Stage(

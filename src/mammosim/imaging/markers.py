@@ -10,7 +10,14 @@ from mammosim.imaging.outline import body_mask, bright_level, coarsened
 
 # ASSUME: a marker's blob response exceeds half the brightness of fat; corners of fat itself reach 0.37 of it.
 LEAST_RESPONSE = 0.5
-FINEST_MM = 1.0  # markers of 7 mm need no smaller voxels
+# ASSUME: it has the stated size: where it is, a ball one and a half times as large answers less.
+SIZES = (1.0, 1.5)
+# ASSUME: it stands out of the skin: of a sphere 2.5 mm and half a voxel around it more than half is air
+# (three quarters where it touches a plane in one point); and it touches the body, so that not all of it is.
+BESIDE_MM, AIR_ROUND, DIRECTIONS = 2.5, (0.5, 0.97), 200
+# ASSUME: it is sharp: on the air's part of that sphere the image is less than 0.35 times as bright as it.
+LEFT_BESIDE = 0.35
+FINEST_MM = 1.5  # markers of 7 mm are seen in such voxels; their centres are taken from the image's own
 # ASSUME: a blob within 10 mm of a listed breast marker or nipple is that one, not a chest marker.
 LISTED_WITHIN_MM = 10.0
 # Four points are collinear when their smaller spread is below this part of the larger one, or below 10 mm.
@@ -20,17 +27,44 @@ SHOWN = 8
 
 
 def find_markers(image: Image, *, diameter_mm: float = 7.0) -> np.ndarray:
-    """Centres (n, 3) mm of the markers, the most superior first; n may be 0."""
-    image = coarsened(image, FINEST_MM)
-    # ASSUME: a marker's centre is less than its diameter and one voxel from the air; vessels lie deeper.
-    h = image.grid.spacing[::-1]
-    response = blob_response(image, diameter_mm)
+    """Centres (n, 3) mm of the markers, the most superior first; n may be 0: most images have none.
+
+    A marker is a bright ball of its diameter, on the skin, and out of it.
+    """
+    coarse = coarsened(image, FINEST_MM)
+    h = coarse.grid.spacing[::-1]
+    response, larger = (blob_response(coarse, size * diameter_mm) for size in SIZES)
     largest = ndimage.maximum_filter(response, [_odd(voxels) for voxels in diameter_mm / h])
-    depth = ndimage.distance_transform_edt(body_mask(image), sampling=h)
-    peak = (response == largest) & (response > LEAST_RESPONSE) & (depth < diameter_mm + h.max())
-    starts = image.grid.points(np.argwhere(peak).astype(float))
-    centres = np.array([_centre(image, p, diameter_mm) for p in starts]).reshape(-1, 3)
-    return centres[np.argsort(-centres[:, 2], kind="stable")]
+    peak = (response == largest) & (response > np.maximum(LEAST_RESPONSE, larger))
+    body = body_mask(coarse)
+    peaks = coarse.grid.points(np.argwhere(peak).astype(float))
+    starts = [start for start in peaks if _stands_out(coarse, body, start, diameter_mm)]
+    level = bright_level(coarse) / 2
+    centres = [_centre(image, start, diameter_mm, level) for start in starts]
+    found = np.array(centres).reshape(-1, 3)
+    return found[np.argsort(-found[:, 2], kind="stable")]
+
+
+def _stands_out(image: Image, body: np.ndarray, centre: np.ndarray, diameter_mm: float) -> bool:
+    """Whether a ball around a centre (3,) touches the body (nz, ny, nx) from outside, and is sharp."""
+    radius = diameter_mm / 2 + BESIDE_MM + image.grid.spacing.max() / 2
+    at = np.vstack([centre, centre + radius * _sphere(DIRECTIONS)])
+    voxels = np.round(image.grid.indices(at)).astype(int)
+    voxels = voxels[((voxels >= 0) & (voxels < image.grid.shape)).all(axis=1)]
+    values, air = image.values[tuple(voxels.T)], ~body[tuple(voxels.T)]
+    low, high = AIR_ROUND
+    if not low < air[1:].mean() < high:
+        return False
+    dark = np.percentile(image.values[~body], 50) if not body.all() else 0.0
+    return bool(np.median(values[1:][air[1:]]) - dark < LEFT_BESIDE * (values[0] - dark))
+
+
+def _sphere(n: int) -> np.ndarray:
+    """n directions (n, 3), almost evenly spread: a Fibonacci lattice."""
+    k = np.arange(n)
+    z, phi = 1 - (2 * k + 1) / n, k * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - z**2)
+    return np.column_stack([r * np.cos(phi), r * np.sin(phi), z])
 
 
 def chest_markers(image: Image, listed: Fiducials, *, diameter_mm: float = 7.0) -> Fiducials:
@@ -103,14 +137,14 @@ def blob_response(image: Image, diameter_mm: float) -> np.ndarray:
     return response / bright_level(image)
 
 
-def _centre(image: Image, start: np.ndarray, diameter_mm: float) -> np.ndarray:
-    """Centroid (3,) of what exceeds half the brightness of fat within a marker's reach, from a start (3,)."""
-    level, reach = bright_level(image) / 2, diameter_mm / 2 + 1.5
+def _centre(image: Image, start: np.ndarray, diameter_mm: float, level: float) -> np.ndarray:
+    """Centroid (3,) of what exceeds a level within a marker's reach, from a start (3,)."""
+    reach = diameter_mm / 2 + 1.5
     points, values = _near(image, start, reach + diameter_mm)
     centre = start
     for _ in range(2):
         w = np.maximum(values - level, 0) * (np.linalg.norm(points - centre, axis=1) < reach)
-        centre = w @ points / w.sum()
+        centre = w @ points / w.sum() if w.any() else centre
     return centre
 
 

@@ -1,4 +1,7 @@
-"""Tissue labels of an image from a few strokes: classifier, speed image, active contour, tissue by tissue."""
+"""Tissue labels of an image: from a few strokes by classifier, speed image and active contour, else without.
+
+Without strokes they are those of `imaging.unsupervised`.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,6 +19,7 @@ from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.features import NAMES, features
 from mammosim.imaging.markers import find_markers
 from mammosim.imaging.outline import body_mask, coarsened, fill_axial, largest_part, spread
+from mammosim.imaging.unsupervised import outermost, unsupervised
 
 # scikit-learn is imported where it is used: it takes half a second that most stages of images need not.
 if TYPE_CHECKING:
@@ -117,13 +121,26 @@ CLASSIFIERS: Mapping[str, Callable[[Settings], "ClassifierMixin"]] = {
 }
 
 
-def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segmentation:
-    """Label every voxel of an image from strokes (x_mm, y_mm, z_mm, tissue) painted in it.
+def segment(image: Image, strokes: pd.DataFrame | None = None, *, settings: Settings) -> Segmentation:
+    """Label every voxel of an image, from strokes (x_mm, y_mm, z_mm, tissue) painted in it where given.
 
     The tissue that moves is one piece without cavities: the thorax behind it, the air around, skin between.
-    Raises SegmentationError: a missing column, an unknown tissue, a tissue without strokes, a point outside.
+    Raises SegmentationError: a missing column, an unknown tissue, a tissue without strokes, a point outside;
+    without strokes, no body at the midline.
     """
-    fine, image = image, coarsened(image, settings.voxel_mm)
+    coarse = coarsened(image, settings.voxel_mm)
+    if strokes is None:
+        labels, gland = unsupervised(coarse, _free(coarse))
+    else:
+        labels, gland = _learnt(coarse, strokes, settings)
+    return Segmentation(
+        LabelMap(image.grid, spread(labels, image.grid, settings.voxel_mm)),
+        Image(image.grid, spread(gland, image.grid, settings.voxel_mm)),
+    )
+
+
+def _learnt(image: Image, strokes: pd.DataFrame, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """Labels (nz, ny, nx) uint8 and probability of gland float32 by a classifier that learns from strokes."""
     voxels, classes = _training(image, strokes)
     body = body_mask(image)
     X = features(image, neighbourhood_mm=settings.neighbourhood_mm)
@@ -134,11 +151,7 @@ def segment(image: Image, strokes: pd.DataFrame, *, settings: Settings) -> Segme
     _limit_muscle(p, behind, behind[tuple(voxels[classes == Label.MUSCLE].T)].max())
     seeds = np.zeros(image.grid.shape, np.uint8)
     seeds[tuple(voxels.T)] = classes
-    labels = _contours(Evidence(p, seeds, settings.smoothing), image)
-    return Segmentation(
-        LabelMap(fine.grid, spread(labels, fine.grid, settings.voxel_mm)),
-        Image(fine.grid, spread(p[Label.GLANDULAR], fine.grid, settings.voxel_mm)),
-    )
+    return _contours(Evidence(p, seeds, settings.smoothing), image), p[Label.GLANDULAR]
 
 
 @dataclass(frozen=True)
@@ -228,9 +241,9 @@ def _contours(evidence: Evidence, image: Image) -> np.ndarray:
     muscle = _muscle(evidence, soft, thorax)
     breast = soft & ~muscle
     gland = evidence.contour((Label.GLANDULAR,), (Label.ADIPOSE, Label.SKIN), breast)
-    # ASSUME: skin is the outermost layer of voxels, however thick, and what looks like it within 3 mm of air.
-    outermost = depth <= 1.01 * spacing.max()
-    skin = breast & (outermost | ((depth < SKIN_MM) & (evidence.p[Label.SKIN] > 0.5)))
+    # ASSUME: skin is the outermost layer of voxels, in the directions in which they are small, and what looks
+    # like it within 3 mm of air.
+    skin = breast & (outermost(depth, spacing) | ((depth < SKIN_MM) & (evidence.p[Label.SKIN] > 0.5)))
     labels = np.full(body.shape, Label.AIR, np.uint8)
     labels[body] = Label.THORAX
     labels[breast] = Label.ADIPOSE
@@ -242,13 +255,19 @@ def _contours(evidence: Evidence, image: Image) -> np.ndarray:
 
 def _body(evidence: Evidence, image: Image) -> np.ndarray:
     """All that is not air, without markers, in one part without holes."""
+    body = largest_part(evidence.contour(TISSUES[1:], (Label.AIR,), _free(image)))
+    return np.stack([fill_axial(axial) for axial in body])
+
+
+def _free(image: Image) -> np.ndarray:
+    """Where no marker is (nz, ny, nx) bool."""
     free = np.ones(image.grid.shape, bool)
-    points = image.grid.centres()
-    for centre in find_markers(image, diameter_mm=MARKER_MM):
+    found = find_markers(image, diameter_mm=MARKER_MM)
+    points = image.grid.centres() if len(found) else np.empty((0, 3))
+    for centre in found:
         near = np.linalg.norm(points - centre, axis=1) < MARKER_MM / 2 + image.grid.spacing.max() / 2
         free.flat[near] = False
-    body = largest_part(evidence.contour(TISSUES[1:], (Label.AIR,), free))
-    return np.stack([fill_axial(axial) for axial in body])
+    return free
 
 
 def _thorax(evidence: Evidence, body: np.ndarray, deep: np.ndarray) -> np.ndarray:

@@ -11,14 +11,13 @@ from pathlib import Path
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.labels import Label
-from mammosim.io.plain import read_plain
+from mammosim.io.plain import read_plain, tabulated_plain
 
 # Beside Label, in a map of tissues: fat and gland under one code, and voxels that nobody labelled.
 BREAST, IGNORE = 253, 254
 TISSUES = {**{label.tissue: int(label) for label in Label}, "breast": BREAST, "ignore": IGNORE}
 OWN = "mammosim"  # the preset of this program's own codes
 ELSEWHERE = "outside"  # tissue of a code whose voxels are explained by another file only
-DATA = Path(__file__).parent / "data"
 SNAP = re.compile(r'^\s*(-?\d+)\s+\d+\s+\d+\s+\d+\s+[\d.]+\s+\d+\s+\d+\s+"(.*)"\s*$')
 SIDES = re.compile(r"\b(left|right|l|r)\b")
 
@@ -33,7 +32,7 @@ def fits(found: Iterable[int]) -> str:
 def presets() -> dict[str, dict[int, str]]:
     """Preset -> code -> tissue."""
     found: dict[str, dict[int, str]] = {}
-    for row in read_plain(DATA / "label_codes.csv"):
+    for row in tabulated_plain("label_codes"):
         found.setdefault(row["preset"], {})[int(row["code"])] = row["tissue"]
     return found
 
@@ -115,4 +114,4 @@ def meaning_of(name: str) -> str:
 
 @cache
 def _names() -> dict[str, str]:
-    return {row["name"]: row["tissue"] for row in read_plain(DATA / "label_names.csv")}
+    return {row["name"]: row["tissue"] for row in tabulated_plain("label_names")}

@@ -29,6 +29,11 @@ def read_plain(path: str | Path) -> list[dict[str, str]]:
         raise ConfigurationError(f"{path}: byte {byte:#04x} is no UTF-8; save the table as UTF-8") from None
 
 
+def tabulated_plain(name: str) -> list[dict[str, str]]:
+    """The rows of the table `io/data/{name}.csv` as text; its comment lines `#` name the source."""
+    return read_plain(Path(__file__).parent / "data" / f"{name}.csv")
+
+
 def _rows(path: str | Path, separator: str) -> list[dict[str, str]]:
     with Path(path).open(encoding="utf-8-sig", newline="") as file:
         cut = (COMMENT.split(line)[0] if separator == "\t" else line for line in file)

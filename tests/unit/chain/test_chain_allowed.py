@@ -68,6 +68,12 @@ def test_one_position_has_no_fit_and_no_registration_and_still_a_mammogram(found
         assert given[name] == "", name
 
 
+def test_one_series_without_strokes_and_markers_is_segmented(found):
+    given = found(prone("images"))
+    for name in ("segmentation", "labels", "gland_probability", "mesh", "pressed", "mammogram"):
+        assert given[name] == "", name
+
+
 def test_one_position_cannot_begin_with_the_mean_of_two(found):
     given = found(prone(*SERIES), default="fixed_point", start="mean")
     assert given["stress_free"] == given["mammogram"] == ONE
@@ -157,7 +163,10 @@ def test_what_one_more_series_adds_is_told_of_the_fewest_that_it_takes(found):
 def test_points_that_are_listed_are_listed_of_each_position(found):
     unmarked = replace(ADA, given=dict.fromkeys(("prone", "supine"), SERIES - {"fiducials"}))
     more = dict(gains(unmarked, found))
-    assert {"registration", "fit of moduli"} <= set(more["a list of markers and nipples",])
+    assert set(more["a list of markers and nipples",]) == {
+        "nipples and chest marked by hand",
+        "sweep of moduli",
+    }, "positions are brought together by the rib cage"
 
 
 def test_each_part_of_the_study_is_told_with_its_reason(found):

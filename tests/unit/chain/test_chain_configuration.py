@@ -363,7 +363,7 @@ def table(**change) -> list[dict[str, str]]:
         ({"position": "supine_tilted", "gravity": "0 1 0"}, "contradicts 'supine_tilted'"),
         ({"position": "sitting"}, "choose one of: prone, supine"),
         ({"position": "supine", "gravity": "0 1 0"}, "stand twice"),
-        ({"strokes": ""}, "'a', prone, lacks strokes; give images with strokes, or labels"),
+        ({"images": ""}, "'a', prone, lacks images; give images, or labels"),
         (
             {"codes": "victre"},
             "'a', prone: codes 'victre': codes explain labels; give labels, or leave codes out",
@@ -381,6 +381,7 @@ def test_a_volunteer_table_that_contradicts_itself_is_rejected(change, words):
 
 def test_one_position_alone_and_labels_alone_can_be_meant():
     check_volunteers(table()[:1], file="volunteers.tsv")
+    check_volunteers(table(strokes=""), file="volunteers.tsv")  # segmented without strokes
     rows = [row | {"labels": f"{row['position']}.nii.gz", "images": "", "strokes": ""} for row in table()]
     check_volunteers(rows, file="volunteers.tsv")
 

@@ -45,7 +45,7 @@ def called(monkeypatch):
         return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
 
     def segment(image, strokes, *, settings):
-        found["segmentation"] = settings
+        found["segmentation"], found["strokes"] = settings, strokes
         return SimpleNamespace(labels="labels")
 
     monkeypatch.setattr(registration, "register", register)
@@ -72,6 +72,14 @@ def test_settings_reach_registration_and_segmentation(called):
     np.testing.assert_allclose(breast.gravity, [1, 0, 0], atol=1e-12)
 
 
+def test_tissues_are_learnt_only_from_strokes_that_are_given(called):
+    _chain().make("labels").required()
+    assert isinstance(called["strokes"], pd.DataFrame)
+    unpainted = Subject("left", "0 -1 0", (1, "w", "left"), (1, "w"), False, has=("images", "fiducials"))
+    Chain(unpainted, SETTINGS, frozenset(), STAGES).given({"scan": IMAGE}).make("labels").required()
+    assert called["strokes"] is None
+
+
 def test_the_reference_position_is_not_moved(called):
     breast = _chain(moves=False)["breast"]
     assert breast.to_reference is IDENTITY
@@ -96,7 +104,7 @@ def test_nipples_are_looked_for_in_labels_only_where_breasts_hang(monkeypatch, t
     subject = Subject("left", gravity, (1,), has=("images", "reference"))
     points = Chain(subject, SETTINGS, frozenset(), STAGES).given({"labels": "labels"})["fiducials"]
     assert len(points.names) == found
-    kept = {"fiducials": str(tmp_path / "points.csv")}
+    kept = {"fiducials": str(tmp_path / "points.csv"), "markups": str(tmp_path / "points.mrk.json")}
     images.save_fiducials(points, kept, {})
     assert images.load_fiducials(kept).names == points.names, "a list without points is a list"
 

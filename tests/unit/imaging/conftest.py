@@ -90,6 +90,7 @@ def make_phantom(
     high: tuple[float, float, float] = (164, 70, 90),
     noise: float = 20.0,
     seed: int = 1,
+    brightness: np.ndarray = BRIGHTNESS,
 ) -> Phantom:
     """Render with 2 x 2 x 2 points per voxel and Rician noise; scanner = motion(body)."""
     grid = grid_around(np.array(low, float), np.array(high, float), np.array(spacing, float))
@@ -98,7 +99,7 @@ def make_phantom(
     fine = Grid(tuple(2 * n for n in grid.shape), grid.spacing / 2, grid.origin - grid.spacing / 4)
     points = motion.inverse()(fine.centres())
     labels = _labels(points, balls)
-    values = BRIGHTNESS[labels]
+    values = brightness[labels].astype(float)
     thorax = labels == Label.THORAX
     waves = np.sin(points[thorax] / [17, 13, 11]) + np.cos(points[thorax] / [29, 31, 23])
     values[thorax] = 300 + 250 * np.clip(np.prod(waves, axis=1), -1, 1)

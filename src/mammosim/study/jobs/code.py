@@ -11,7 +11,7 @@ IMPORT = re.compile(
     r"|import[ \t]+(?P<whole>mammosim[\w.]+))",
     re.MULTILINE,
 )
-TABLE = re.compile(r"\btabulated\(\s*[\"'](\w+)[\"']")
+TABLE = re.compile(r"\btabulated(?:_plain)?\(\s*[\"'](\w+)[\"']")
 TEMPLATE = re.compile(r"\btemplate\(\s*[\"']([\w.]+)[\"']")
 BESIDE = re.compile(r"^import[ \t]+(_\w+)$", re.MULTILINE)
 NAME = re.compile(r"\w+(?:[ \t]+as[ \t]+\w+)?")
@@ -80,7 +80,7 @@ def imported(text: str) -> Iterator[str]:
 
 
 def tables(text: str) -> list[str]:
-    """Names of the tables of io/data that it reads with tabulated('name')."""
+    """Names of the tables of io/data that it reads with tabulated('name') or tabulated_plain('name')."""
     return TABLE.findall(text)
 
 

@@ -1,0 +1,176 @@
+"""Tissue labels of an image without a person: outline, chest wall, brightness of fat, what differs from it.
+
+Nothing is taken from the sequence: the layer under the skin says which brightness is fat, and muscle is the
+layer at the chest wall. Gland is what differs from fat by more than half of what gland does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from mammosim.core.labels import Label
+from mammosim.core.volume import Grid, Image
+from mammosim.imaging.chest_wall import (
+    Rays,
+    Seen,
+    chest_wall,
+    depth_under_skin,
+    expected_wall,
+    muscle_back,
+    sign_of_muscle,
+    thorax_axis,
+)
+from mammosim.imaging.fat_level import FatLevel, fat_level
+from mammosim.imaging.outline import SKIN_LEVEL, block, body_mask, coarsened, largest_part
+
+WALL_MM = 3.5  # voxels in which the chest wall is looked for, and the brightness of fat
+# ASSUME: skin is the outermost 1.5 mm, at least a voxel in the directions in which voxels are small.
+SKIN_MM = 1.5
+# ASSUME: no gland is 3 mm under the outer face of the skin or 2 mm before the muscle; strands are 1 mm wide.
+GLAND_DEPTH_MM, GLAND_BEFORE_MM, STRAND_MM = 3.0, 2.0, 1.0
+# ASSUME: bright skin, and its glow, are 5 mm thick.
+BRIGHT_SKIN_MM = 5.0
+DEEP_MM = 8.0  # there bright or dark skin is out of reach
+# ASSUME: gland differs from fat by a fifth of its brightness at least, and by two standard deviations of it.
+LEAST_CONTRAST, SPREADS = 0.2, 2.0
+LEAST_GLAND_MM3 = 30.0
+# ASSUME: gland reaches no more than 45 mm behind the skin of the breastbone.
+GLAND_BEHIND_MM = 45.0
+# ASSUME: where fat is suppressed, bright skin begins at 30 % of the brightness nearby: the rest is its glow.
+BRIGHT_SKIN_LEVEL = 0.3
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Body, muscle, thorax (nz, ny, nx) bool, depth mm under the skin; ahead: where gland may be."""
+
+    body: np.ndarray
+    muscle: np.ndarray
+    thorax: np.ndarray
+    depth: np.ndarray
+    ahead: np.ndarray
+
+    @property
+    def breast(self) -> np.ndarray:
+        """Skin, fat and gland, in one part."""
+        return largest_part(self.body & ~self.muscle & ~self.thorax)
+
+
+def unsupervised(image: Image, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Labels (nz, ny, nx) uint8 and probability of gland float32; free: bool, where no marker is.
+
+    Raises SegmentationError where no body is at the midline.
+    """
+    coarse, level = coarsened(image, WALL_MM), SKIN_LEVEL
+    seen, fat = _looked_at(coarse, level)
+    sign = fat.sign
+    if sign > 0:
+        level = BRIGHT_SKIN_LEVEL
+        seen, fat = _looked_at(coarse, level, sign)
+    wall = chest_wall(seen, sign_of_muscle(seen, sign))
+    body = largest_part(body_mask(image, skin_level=level) & free)
+    regions = _regions(image, body, seen.rays.on(image.grid), wall, muscle_back(seen, wall))
+    p = _gland(image, regions, _carried_to(fat.level, image), sign)
+    return _labels(regions, p, image.grid.spacing), p
+
+
+def _looked_at(coarse: Image, skin_level: float, sign: int = 0) -> tuple[Seen, FatLevel]:
+    """Edges along rays through the body, and the brightness of fat to which they are relative."""
+    body = body_mask(coarse, skin_level=skin_level)
+    rays = Rays.of(coarse.grid, thorax_axis(body, coarse.grid.spacing))
+    depth = depth_under_skin(body, coarse.grid.spacing)
+    fat = _fat(coarse, body, depth, rays, sign)
+    return Seen.of(rays, _from_zero(coarse.values) / fat.level, depth), fat
+
+
+def _fat(coarse: Image, body: np.ndarray, depth: np.ndarray, rays: Rays, sign: int) -> FatLevel:
+    """The brightness of fat before the expected wall; the breast is what is in front of the breastbone."""
+    spacing = coarse.grid.spacing
+    before = body & ~rays.within(expected_wall(rays, spacing) + 5.0)
+    in_front = np.arange(body.shape[1])[:, None] < rays.axis.midline[:, None, None] - 5.0 / spacing[1]
+    breast = before & in_front if (before & in_front & (depth > 10.0)).any() else before
+    return fat_level(_from_zero(coarse.values), before, breast, depth, spacing, sign=sign)
+
+
+def _from_zero(values: np.ndarray) -> np.ndarray:
+    return np.maximum(values - np.percentile(values, 1), 0).astype(np.float32)
+
+
+def _carried_to(level: np.ndarray, image: Image) -> np.ndarray:
+    """A smooth field (nz, ny, nx) of the coarse grid, linear between its voxels, on the fine one."""
+    n = block(image.grid, WALL_MM)
+    at = [(np.arange(size) + 0.5) / k - 0.5 for size, k in zip(image.grid.shape, n)]
+    for axis, indices in enumerate(at):
+        indices = np.clip(indices, 0, level.shape[axis] - 1)
+        low = np.minimum(indices.astype(int), max(level.shape[axis] - 2, 0))
+        part = (indices - low).reshape([-1 if a == axis else 1 for a in range(3)]).astype(np.float32)
+        high = np.minimum(low + 1, level.shape[axis] - 1)
+        level = np.take(level, low, axis) * (1 - part) + np.take(level, high, axis) * part
+    return level
+
+
+def _regions(image: Image, body: np.ndarray, rays: Rays, wall: np.ndarray, back: np.ndarray) -> Regions:
+    """Body, muscle and thorax: whatever of the body is behind the thorax belongs to it."""
+    depth = depth_under_skin(body, image.grid.spacing)
+    inside, thorax = rays.within(wall), rays.within(back)
+    thorax = np.maximum.accumulate(thorax, axis=1) & (body | inside)
+    muscle = inside & ~thorax & (depth > GLAND_DEPTH_MM)
+    shut_in = body & ~muscle & ~thorax & ~largest_part(body & ~muscle & ~thorax)
+    ahead = np.arange(body.shape[1])[:, None] < _behind(rays, image.grid)[:, None, None]
+    return Regions(body | thorax, muscle | shut_in, thorax, depth, np.broadcast_to(ahead, body.shape))
+
+
+def _behind(rays: Rays, grid: Grid) -> np.ndarray:
+    """Row (nz,) of each slice behind which there is no gland."""
+    rows = np.interp(np.arange(grid.shape[0]), rays.slices, rays.midline_rows)
+    return rows + GLAND_BEHIND_MM / grid.spacing[1]
+
+
+def _gland(image: Image, regions: Regions, level: np.ndarray, sign: int) -> np.ndarray:
+    """Probability (nz, ny, nx) float32: 0.5 half way from fat to gland."""
+    spacing = image.grid.spacing[::-1]
+    differs = sign * (_from_zero(image.values) / level - 1)
+    differs = ndimage.gaussian_filter(differs, STRAND_MM / 2 / spacing)
+    deep = regions.ahead & regions.breast & (regions.depth > DEEP_MM)
+    before = ndimage.binary_dilation(
+        regions.muscle | regions.thorax, iterations=max(round(GLAND_BEFORE_MM / spacing[1]), 1)
+    )
+    least = GLAND_DEPTH_MM if sign < 0 else BRIGHT_SKIN_MM
+    where = regions.ahead & regions.breast & (regions.depth > least) & ~before
+    noise = _spread(differs[deep])
+    clear = differs[where & deep & (differs > max(LEAST_CONTRAST, SPREADS * noise))]
+    half = max(float(np.median(clear)) / 2 if len(clear) else LEAST_CONTRAST, LEAST_CONTRAST / 2)
+    return np.where(where, np.clip(differs / (2 * half), 0, 1), 0).astype(np.float32)
+
+
+def _spread(differs: np.ndarray) -> float:
+    """Standard deviation of fat, from what lies on the other side of it than gland."""
+    other = differs[differs < 0]
+    return 1.4826 * float(np.median(-other)) if len(other) else 0.0
+
+
+def _labels(regions: Regions, p: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Labels (nz, ny, nx) uint8 of the regions and of the probability of gland."""
+    labels = np.full(p.shape, Label.AIR, np.uint8)
+    breast = regions.breast
+    gland = _large_parts(p > 0.5, LEAST_GLAND_MM3 / float(np.prod(spacing)))
+    labels[regions.body] = Label.THORAX
+    labels[breast] = Label.ADIPOSE
+    labels[gland & breast] = Label.GLANDULAR
+    labels[regions.muscle] = Label.MUSCLE
+    labels[breast & outermost(regions.depth, spacing)] = Label.SKIN
+    return labels
+
+
+def outermost(depth: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Skin (nz, ny, nx) bool of a depth mm: SKIN_MM, at least a voxel where voxels are small."""
+    return (depth > 0) & (depth <= max(SKIN_MM, 1.01 * float(spacing.min())))
+
+
+def _large_parts(region: np.ndarray, least: float) -> np.ndarray:
+    """Parts of a region (bool) of at least so many voxels, joined over corners."""
+    parts, n = ndimage.label(region, np.ones((3, 3, 3)))
+    size = np.bincount(parts.ravel())
+    size[0] = 0
+    return (size >= least)[parts] if n else region
