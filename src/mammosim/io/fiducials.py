@@ -76,6 +76,8 @@ def _whole(found: Fiducials, path: Path) -> Fiducials:
 
 
 def _from_table(path: Path) -> Fiducials:
+    if given_text(path).strip() == ",".join(COLUMNS):  # as a stage writes it where nobody marked anything
+        return Fiducials((), (), np.empty((0, 3)))
     table = given_table(path, error=FiducialError, columns=COLUMNS)
     if "outcome" in table and missing_rows(table).all():
         raise MissingResult(reason_of(str(table["outcome"].iloc[0])))
