@@ -6,11 +6,9 @@ import shlex
 import shutil
 import subprocess
 import sys
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 import yaml
@@ -18,10 +16,8 @@ from tiny_woman import tiny_image, tiny_labels
 
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
-from mammosim.io.dicom import read_series
 from mammosim.io.dicom_writer import write_series
 from mammosim.io.images import write_labels
-from mammosim.io.tables import write_table
 
 pytestmark = pytest.mark.workflow
 README = Path(__file__).parents[2] / "config/README.md"
@@ -143,7 +139,6 @@ def test_what_the_readme_says_can_be_planned(block, study, tmp_path):
         echo_time_ms=70.0,
         repetition_time_ms=4500.0,
     )
-    (tmp_path / "mine/strokes.csv").write_text("x_mm,y_mm,z_mm,tissue\n70,-50,0,adipose\n")
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "Snakefile")]
     command += ["--workflow-profile", "none", "--dry-run"]
     ran = subprocess.run(
@@ -163,12 +158,10 @@ def test_what_the_readme_says_can_be_planned(block, study, tmp_path):
 @pytest.mark.skipif(not REAL.is_dir(), reason=f"no {REAL}: the real images are not part of the project")
 def test_two_real_women_are_planned_and_checked(women, tmp_path):
     """A series as a scanner wrote it, and labels as somebody else drew them: each has her page."""
-    with zipfile.ZipFile(REAL / "duke_breast_mri_001_dicom.zip") as archive:
-        archive.extractall(tmp_path / "duke")
-    write_table(painted(tmp_path / "duke"), tmp_path / "strokes.csv")
+    labels = {"labels": str(REAL / "exam12_labels_LPS_uint8.nii.gz"), "codes": "pelicano_recoded"}
     ask = women(
-        {"volunteer": "duke", "images": "duke", "strokes": "strokes.csv"},
-        {"volunteer": "exam12", "labels": str(REAL / "exam12_labels_LPS_uint8.nii.gz")},
+        {"volunteer": "duke", "images": str(REAL / "duke_breast_mri_001_dicom.zip")},
+        {"volunteer": "exam12"} | labels,
     )
     planned = ask("results/women/duke/what.html", "results/women/exam12/what.html", dry=True)
     assert planned.returncode == 0, planned.stdout[-3000:]
@@ -180,13 +173,3 @@ def test_two_real_women_are_planned_and_checked(women, tmp_path):
     assert "duke, prone: 0.80 x 0.80 x 1.10 mm" in page
     assert "data:image/png" in (tmp_path / "results/checked/exam12.html").read_text()
     assert "Traceback" not in checked.stdout
-
-
-def painted(folder: Path) -> pd.DataFrame:
-    """Some points of air and of what is bright, as a person might paint them."""
-    image = read_series(folder).image
-    values = image.values[:: image.values.shape[0] // 8, ::40, ::40]
-    index = np.argwhere(values >= 0) * [image.values.shape[0] // 8, 40, 40]
-    bright = values.ravel() > np.percentile(values, 80)
-    x, y, z = image.grid.points(index.astype(float)).T
-    return pd.DataFrame({"x_mm": x, "y_mm": y, "z_mm": z, "tissue": np.where(bright, "adipose", "air")})
