@@ -55,7 +55,7 @@ def position_checked(volunteer: str, row: dict, seen: check_input.Seen) -> Check
         pictures, quality = (), {}
         seen.faults.append(fault_of_the_program(error))
     reasons = tuple(" ".join(str(fault).split()) for fault in seen.faults)
-    return Checked(position, row["used"], row["files"], reasons, quality, pictures)
+    return Checked(position, row["used"], row["files"], reasons, quality, pictures, tuple(seen.notes))
 
 
 def thickness_words(looked: dict[str, check_input.Seen], told: dict) -> list[str]:

@@ -61,6 +61,7 @@ def test_good_labels_have_a_picture_nipples_and_the_thickness_that_will_be_chose
     text, stops = page({"labels": files.folder / "labels.nii.gz"})
     assert stops == []
     assert text.count("data:image/png") == 1
+    assert "Noted: " in text, "that skin counts as fat"
     # 60 mm and the 16 mm to the ribs, half of it, to a voxel of 8 mm.
     (left,) = [part for part in text.split("about ")[1:] if "(left)" in part[:20]]
     assert 30 <= float(left.split(" mm")[0]) <= 42

@@ -35,7 +35,7 @@ class Checked:
     """One position as it was understood.
 
     used: whether anything is made of it; files: kind -> path; reasons: a line each, why it cannot be used;
-    quality: imaging.quality.image_quality, empty where nothing could be read.
+    quality: imaging.quality.image_quality, empty where nothing could be read; notes: what was mended.
     """
 
     position: str
@@ -44,6 +44,7 @@ class Checked:
     reasons: tuple[str, ...]
     quality: Mapping[str, str | float]
     pictures: tuple[Picture, ...]
+    notes: tuple[str, ...] = ()
 
 
 def checked_sections(
@@ -74,8 +75,9 @@ def checked_sections(
 
 def _of_position(each: Checked) -> Section:
     """Pictures, files and what was measured of one position."""
-    words = (
-        "" if each.used else "Nothing is made of this position: it cannot be brought into the frame of hers."
+    used = "Nothing is made of this position: it cannot be brought into the frame of hers."
+    words = " ".join(
+        [*([] if each.used else [used]), *([f"Noted: {'; '.join(each.notes)}."] if each.notes else [])]
     )
     frame = pd.DataFrame([*each.files.items(), *_shown(each.quality)], columns=["what", "value"])
     caption = (
