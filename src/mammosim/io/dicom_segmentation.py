@@ -4,7 +4,7 @@ Frames of a segmentation may leave out what is empty (DICOM PS3.3 A.51): the gri
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,10 +47,10 @@ def read_seg(path: str | Path) -> tuple[Grid, np.ndarray, dict[int, str]]:
     return *rising(grid, labels), names_of
 
 
-def is_seg(path: str | Path) -> bool:
-    """Whether a path is a DICOM segmentation in one file."""
-    path = Path(path)
-    return path.is_file() and _is_seg(File(path.name, lambda: path.open("rb")), str(path.parent))
+def holds_seg(files: Iterable[File], where: str) -> bool:
+    """Whether one of these files is a DICOM segmentation. Raises ImageError for tags that are damaged."""
+    with quietly():
+        return any(_is_seg(file, where) for file in files)
 
 
 def _is_seg(file: File, where: str) -> bool:

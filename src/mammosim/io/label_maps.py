@@ -1,14 +1,14 @@
 """Label maps as other programs write them, each voxel as a tissue.
 
-A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type.
-`.seg.nrrd` of 3D Slicer says by name what its segments are, which may overlap. Codes are explained by a
-preset of `data/label_codes.csv`, by a table of `code` and `tissue`, by a label description file of ITK-
-SNAP, or by the `dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
+A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type. A
+DICOM segmentation is a file, or the only one in a folder or a zip. `.seg.nrrd` of 3D Slicer says by name what
+its segments are, which may overlap. Codes are explained by a preset of `data/label_codes.csv`, by a table of
+`code` and `tissue`, by a label description file of ITK-SNAP, or by the `dataset.json` of nnU-Net. Names mean
+what `data/label_names.csv` says. Frame LPS, mm.
 """
 
-import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -17,7 +17,8 @@ import SimpleITK as sitk
 
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, LabelMap
-from mammosim.io.dicom_segmentation import is_seg, read_seg
+from mammosim.io.dicom_files import File, dicom_files
+from mammosim.io.dicom_segmentation import holds_seg, read_seg
 from mammosim.io.images import grid_of, whole_volume
 from mammosim.io.label_codes import (
     ELSEWHERE,
@@ -71,13 +72,20 @@ def read_label_map(path: str | Path) -> CodedMap:
     """
     if not Path(path).exists():
         raise ImageError(f"no label map {path}; correct the path")
-    if Path(path).suffix == ".zip":
-        return _unpacked(path)
-    if is_seg(path):
-        grid, codes, names = read_seg(path)
-        return CodedMap(grid, codes.astype(np.int32), str(path), names)
-    if Path(path).is_dir() or _is_dicom(path):
-        raise ImageError(f"{path} holds no DICOM segmentation; give that, or one of: {', '.join(ENDINGS)}")
+    with dicom_files(path) as files:
+        if Path(path).suffix.lower() == ".zip":
+            inside = [file for file in files if file.name.lower().endswith(ENDINGS)]
+            if len(inside) > 1:
+                raise ImageError(f"{path} holds {len(inside)} label maps; give a zip of one, or unpack it")
+            if inside:
+                return _unpacked(files, inside[0], str(path))
+        if holds_seg(files, str(path)):
+            grid, codes, names = read_seg(path)
+            return CodedMap(grid, codes.astype(np.int32), str(path), names)
+        if Path(path).is_dir() or Path(path).suffix.lower() == ".zip" or any(map(_is_dicom, files)):
+            raise ImageError(
+                f"{path} holds no label map; give a DICOM segmentation, or one of: {', '.join(ENDINGS)}"
+            )
     require_there(path)
     return _coded(whole_volume(path), str(path))
 
@@ -122,25 +130,29 @@ def _listed(codes: Sequence[int], word: str = "code") -> str:
     return f"{word}{'s' * (len(codes) > 1)} {numbers}" if word else numbers
 
 
-def _is_dicom(path: str | Path) -> bool:
-    with Path(path).open("rb") as file:
-        return file.read(132)[128:] == b"DICM"
+def _is_dicom(file: File) -> bool:
+    with file.open() as opened:
+        return opened.read(132)[128:] == b"DICM"
 
 
-def _unpacked(path: str | Path) -> CodedMap:
-    """The only label map of an archive."""
-    try:
-        with zipfile.ZipFile(path) as archive, TemporaryDirectory() as folder:
-            inside = [name for name in archive.namelist() if name.lower().endswith(ENDINGS)]
-            if len(inside) != 1:
-                raise ImageError(
-                    f"{path} holds {len(inside)} label maps; give one with exactly one, or unpack it"
-                )
-            archive.extractall(folder)
-            found = read_label_map(Path(folder) / inside[0])
-    except (zipfile.BadZipFile, OSError, RuntimeError):
-        raise ImageError(f"{path} is damaged, or locked by a password; pack it again, or unpack it") from None
-    return CodedMap(found.grid, found.codes, str(path), found.names)
+def _unpacked(files: Sequence[File], inside: File, path: str) -> CodedMap:
+    """The map `inside` an archive, whose other files may hold its voxels."""
+    with TemporaryDirectory() as folder:
+        for file in files:
+            place = _below(folder, file)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with file.open() as opened:
+                place.write_bytes(opened.read())
+        try:
+            found = read_label_map(_below(folder, inside))
+        except ImageError as error:  # the user knows the archive, and not where it was unpacked
+            raise ImageError(str(error).replace(f"{folder}/", f"{path}: ")) from None
+    return replace(found, path=path)
+
+
+def _below(folder: str, file: File) -> Path:
+    """Its place in a folder, also where an archive names it from the root."""
+    return Path(folder, file.name.lstrip("/"))
 
 
 def _coded(volume: sitk.Image, path: str) -> CodedMap:

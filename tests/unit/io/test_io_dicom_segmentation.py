@@ -1,5 +1,6 @@
 """A DICOM segmentation becomes one label array on the grid of its series, with the names of its segments."""
 
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,7 +12,9 @@ from pydicom.pixels import pack_bits
 from pydicom.uid import UID
 
 from mammosim.core.errors import ImageError
-from mammosim.io.dicom_segmentation import is_seg, read_seg
+from mammosim.io.dicom_files import dicom_files
+from mammosim.io.dicom_segmentation import holds_seg, read_seg
+from mammosim.io.label_maps import read_label_map
 
 STORAGE = UID("1.2.840.10008.5.1.4.1.1.66.4")
 BREAST = np.zeros(GRID.shape, bool)
@@ -112,12 +115,33 @@ def test_the_segmentation_is_found_beside_the_slices(tmp_path: Path) -> None:
         save(slice_of(k), tmp_path / f"{k}.dcm")
     file = save(_seg({1: BREAST}), tmp_path / "seg.dcm")
     assert read_seg(tmp_path)[1].any()
-    assert [is_seg(path) for path in (file, tmp_path / "0.dcm", tmp_path)] == [True, False, False]
+    for path, there in ((file, True), (tmp_path / "0.dcm", False), (tmp_path, True)):
+        with dicom_files(path) as files:
+            assert holds_seg(files, str(path)) is there
     save(_seg({1: GLAND}), tmp_path / "seg2.dcm")
     with pytest.raises(
         ImageError, match=r"has 2 DICOM segmentations, seg\.dcm, seg2\.dcm; give the file of one"
     ):
         read_seg(tmp_path)
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_folder_or_zip_of_slices_with_a_segmentation_is_a_label_map(tmp_path: Path, packed: bool) -> None:
+    folder = tmp_path / "export"
+    folder.mkdir()
+    for k in range(3):
+        save(slice_of(k), folder / f"{k}.dcm")
+    file = save(_seg({1: BREAST, 2: GLAND}), folder / "seg.dcm")
+    given = Path(shutil.make_archive(str(folder), "zip", folder)) if packed else folder
+    found = read_label_map(given)
+    np.testing.assert_array_equal(found.codes, read_label_map(file).codes)
+    assert (found.path, found.names) == (str(given), NAMES)
+
+
+def test_a_folder_of_slices_alone_is_no_label_map(tmp_path: Path) -> None:
+    save(slice_of(0), tmp_path / "0.dcm")
+    with pytest.raises(ImageError, match="holds no label map; give a DICOM segmentation, or one of"):
+        read_label_map(tmp_path)
 
 
 def _unnamed(dataset: Dataset) -> None:

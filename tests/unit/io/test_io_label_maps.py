@@ -71,8 +71,53 @@ def test_an_archive_holds_one_map(tmp_path):
     with pytest.raises(ImageError, match=r"two\.zip holds 2 label maps"):
         read_label_map(tmp_path / "two.zip")
     (tmp_path / "no.zip").write_bytes(b"no archive")
-    with pytest.raises(ImageError, match=r"no\.zip is damaged"):
+    with pytest.raises(ImageError, match=r"no\.zip is no whole zip archive"):
         read_label_map(tmp_path / "no.zip")
+
+
+def test_what_a_mac_packs_beside_a_map_is_no_map(tmp_path):
+    written(tmp_path / "l.nii.gz", np.full(SHAPE, 2, np.int16))
+    with zipfile.ZipFile(tmp_path / "mac.ZIP", "w") as archive:
+        archive.write(tmp_path / "l.nii.gz", "l.nii.gz")
+        archive.writestr("__MACOSX/._l.nii.gz", b"\0\5\x16\7")
+    assert read_label_map(tmp_path / "mac.ZIP").found == (2,)
+
+
+def test_an_archive_is_unpacked_into_its_own_folder_only(tmp_path):
+    written(tmp_path / "l.nii", np.full(SHAPE, 2, np.int16))
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.write(tmp_path / "l.nii", "l.nii")
+        for name in (f"{tmp_path}/root.txt", "../above.txt"):
+            member = zipfile.ZipInfo("x")
+            member.filename = name
+            archive.writestr(member, "x")
+    before = sorted(tmp_path.rglob("*"))
+    assert read_label_map(tmp_path / "a.zip").found == (2,)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_map_keeps_its_voxels_in_another_file_of_the_archive(tmp_path):
+    written(tmp_path / "l.mhd", np.full(SHAPE, 2, np.int16))
+    with zipfile.ZipFile(tmp_path / "two.zip", "w") as archive:
+        for name in ("l.mhd", "l.raw"):
+            archive.write(tmp_path / name, f"labels/{name}")
+    assert read_label_map(tmp_path / "two.zip").found == (2,)
+
+
+def test_a_fault_inside_an_archive_is_named_by_the_archive(tmp_path):
+    """And not by where it was unpacked, which is gone."""
+    whole = written(tmp_path / "l.nii", np.full(SHAPE, 2, np.int16)).read_bytes()
+    with zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("labels/l.nii", whole[:-20])
+    with pytest.raises(ImageError, match=r"a\.zip: labels/l\.nii ends early") as caught:
+        read_label_map(tmp_path / "a.zip")
+    assert str(caught.value).startswith(str(tmp_path))
+    packed = bytearray((tmp_path / "a.zip").read_bytes())
+    at = packed.index(b"labels/l.nii") + len("labels/l.nii")
+    packed[at : at + 8] = b"\xff" * 8
+    (tmp_path / "wrong.zip").write_bytes(packed)
+    with pytest.raises(ImageError, match=r"wrong\.zip: labels/l\.nii does not unpack: it is damaged"):
+        read_label_map(tmp_path / "wrong.zip")
 
 
 @pytest.mark.data
@@ -106,7 +151,9 @@ def test_what_is_no_label_map_is_named(tmp_path):
 
 def test_dicom_is_named_and_not_guessed(tmp_path):
     (tmp_path / "seg").write_bytes(bytes(128) + b"DICM" + bytes(20))
-    with pytest.raises(ImageError, match=r"seg holds no DICOM segmentation; give that, or one of: \.nii"):
+    with pytest.raises(
+        ImageError, match=r"seg holds no label map; give a DICOM segmentation, or one of: \.nii"
+    ):
         read_label_map(tmp_path / "seg")
 
 
