@@ -1,7 +1,8 @@
 """Strokes that a person painted in an image: our CSV, or a label map of ITK-SNAP or 3D Slicer, as points.
 
-In a label map 0 is what was not painted; other values are codes of core.labels, or those of segments that the
-header of a `.seg.nrrd` names by tissues. The air need not be painted: segmentation knows it round the body.
+In a label map 0 is what was not painted; other values are codes of core.labels, or those of segments, whose
+names in the header of a `.seg.nrrd` mean what `data/label_names.csv` says. The air need not be painted:
+segmentation knows it round the body.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +17,7 @@ from mammosim.core.errors import SegmentationError
 from mammosim.core.labels import Label
 from mammosim.io.given import given_table, numbers
 from mammosim.io.images import grid_of, itk_volume, read_labels, whole_volume
+from mammosim.io.label_codes import meaning_of
 from mammosim.io.label_maps import segments_of
 from mammosim.io.missing import require_there
 
@@ -24,14 +26,6 @@ COLUMNS = (*AXES, "tissue")
 MAPS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
 # What can be painted; a lesion is put into the phantom, and none of the tissues that are learnt.
 TISSUES = tuple(label.tissue for label in Label if label is not Label.LESION)
-# What others call our tissues.
-CALLED: Mapping[str, str] = {
-    **dict.fromkeys(("fat", "fatty", "breast fat"), "adipose"),
-    **dict.fromkeys(("gland", "fibroglandular", "fgt", "parenchyma", "dense"), "glandular"),
-    **dict.fromkeys(("pectoral", "pectoralis", "pectoral muscle"), "muscle"),
-    **dict.fromkeys(("chest", "rib cage", "lung", "bone", "heart"), "thorax"),
-    **dict.fromkeys(("background", "outside"), "air"),
-}
 # ASSUME: of a tissue that was painted over whole regions, so many voxels say what all of them do.
 MOST_OF_A_TISSUE = 2000
 
@@ -73,7 +67,8 @@ def _from_table(path: Path) -> pd.DataFrame:
 def _require_known(tissue: str, where: str) -> None:
     """Raise SegmentationError for a tissue that cannot be painted, with the one that may be meant."""
     if tissue not in TISSUES:
-        near = [CALLED[tissue]] if tissue in CALLED else get_close_matches(tissue, TISSUES, n=1)
+        meant = meaning_of(tissue)
+        near = [meant] if meant in TISSUES else get_close_matches(tissue, TISSUES, n=1)
         advice = f"did you mean {near[0]}" if near else f"choose of: {', '.join(TISSUES)}"
         raise SegmentationError(f"{where}: unknown tissue {tissue!r}; {advice}")
 
@@ -91,7 +86,7 @@ def _from_map(path: Path) -> pd.DataFrame:
 def _painted(path: Path) -> Iterator[tuple[str, np.ndarray]]:
     """Each tissue that is painted, with points (n, 3) mm of its voxels."""
     volume = whole_volume(path)
-    names = {(layer, code): name.strip().lower() for name, layer, code in segments_of(volume)}
+    names = {(layer, code): meaning_of(name) for name, layer, code in segments_of(volume)}
     for number, labels in enumerate(_layers(path, volume)):
         values = sitk.GetArrayViewFromImage(labels)
         for value in np.unique(values[values != 0]).tolist():
@@ -110,13 +105,17 @@ def _layers(path: Path, volume: sitk.Image) -> list[sitk.Image]:
 
 
 def _tissue_of(value: int, layer: int, names: Mapping[tuple[int, int], str], path: Path) -> str:
-    """The tissue of a painted value. Raises SegmentationError where there is none."""
+    """The tissue of a painted value; names: of each segment its tissue. Raises SegmentationError."""
     if names and (layer, value) not in names:
         raise SegmentationError(
-            f"{path}: value {value} is of no segment that the header names; save it again"
+            f"{path}: value {value} is of no segment in the header; save the segmentation again"
         )
     if names:
-        _require_known(names[layer, value], f"{path}: segment with value {value}")
+        if names[layer, value] not in TISSUES:  # the name is free text, and maybe a patient's
+            raise SegmentationError(
+                f"{path}: the name of the segment with value {value} is of no tissue that is painted; rename "
+                f"it to one of: {', '.join(TISSUES)}"
+            )
         return names[layer, value]
     if value not in {int(label) for label in Label if label.tissue in TISSUES}:
         codes = ", ".join(f"{int(label)} {label.tissue}" for label in Label if label.tissue in TISSUES[1:])
