@@ -22,7 +22,7 @@ from skimage.measure import marching_cubes
 
 from mammosim.core.rigid import RigidTransform, rotation
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.outline import block, body_mask, coarsened
+from mammosim.imaging.outline import body_mask, coarsened, spread_linearly
 
 # ASSUME: between two positions the chest turns by at most 20 degrees about each axis of the patient frame.
 TURNS_DEG = (-20.0, -10.0, 0.0, 10.0, 20.0)
@@ -69,21 +69,9 @@ def evened(image: Image, body: np.ndarray) -> Image:
     light, near = (coarsened(Image(grid, v), EVEN_VOXEL_MM) for v in (image.values * weight, weight))
     sigma = EVEN_MM / near.grid.spacing[::-1]
     sums = [ndimage.gaussian_filter(each.values, sigma, truncate=2.0) for each in (light, near)]
-    mean = _on_fine(sums[0] / np.maximum(sums[1], 1e-3), grid)
+    mean = spread_linearly(sums[0] / np.maximum(sums[1], 1e-3), grid, EVEN_VOXEL_MM)
     bright = np.where(body, image.values / np.maximum(mean, DARKEST * mean.max()), 0)
     return replace(image, values=bright.astype(np.float32))
-
-
-def _on_fine(values: np.ndarray, grid: Grid) -> np.ndarray:
-    """Values of blocks of EVEN_VOXEL_MM, linear in between, at the voxels (nz, ny, nx) of the fine grid."""
-    for axis, (n, size) in enumerate(zip(block(grid, EVEN_VOXEL_MM), grid.shape)):
-        last = values.shape[axis] - 1
-        place = np.clip((np.arange(size) - (n - 1) / 2) / n, 0, last)
-        low = np.minimum(place.astype(int), max(last - 1, 0))
-        share = (place - low).reshape([-1 if k == axis else 1 for k in range(3)]).astype(np.float32)
-        high = np.minimum(low + 1, last)
-        values = values.take(low, axis) * (1 - share) + values.take(high, axis) * share
-    return values
 
 
 def starts(fixed: Chest, moving: Chest) -> tuple[Start, ...]:

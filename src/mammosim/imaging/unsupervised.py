@@ -22,7 +22,7 @@ from mammosim.imaging.chest_wall import (
     thorax_axis,
 )
 from mammosim.imaging.fat_level import FatLevel, fat_level
-from mammosim.imaging.outline import SKIN_LEVEL, block, body_mask, coarsened, largest_part
+from mammosim.imaging.outline import SKIN_LEVEL, body_mask, coarsened, largest_part, spread_linearly
 
 WALL_MM = 3.5  # voxels in which the chest wall is looked for, and the brightness of fat
 # ASSUME: skin is the outermost 1.5 mm, at least a voxel in the directions in which voxels are small.
@@ -71,7 +71,7 @@ def unsupervised(image: Image, free: np.ndarray) -> tuple[np.ndarray, np.ndarray
     wall = chest_wall(seen, sign_of_muscle(seen, sign))
     body = largest_part(body_mask(image, skin_level=level) & free)
     regions = _regions(image, body, seen.rays.on(image.grid), wall, muscle_back(seen, wall))
-    p = _gland(image, regions, _carried_to(fat.level, image), sign)
+    p = _gland(image, regions, spread_linearly(fat.level, image.grid, WALL_MM), sign)
     return _labels(regions, p, image.grid.spacing), p
 
 
@@ -95,19 +95,6 @@ def _fat(coarse: Image, body: np.ndarray, depth: np.ndarray, rays: Rays, sign: i
 
 def _from_zero(values: np.ndarray) -> np.ndarray:
     return np.maximum(values - np.percentile(values, 1), 0).astype(np.float32)
-
-
-def _carried_to(level: np.ndarray, image: Image) -> np.ndarray:
-    """A smooth field (nz, ny, nx) of the coarse grid, linear between its voxels, on the fine one."""
-    n = block(image.grid, WALL_MM)
-    at = [(np.arange(size) + 0.5) / k - 0.5 for size, k in zip(image.grid.shape, n)]
-    for axis, indices in enumerate(at):
-        indices = np.clip(indices, 0, level.shape[axis] - 1)
-        low = np.minimum(indices.astype(int), max(level.shape[axis] - 2, 0))
-        part = (indices - low).reshape([-1 if a == axis else 1 for a in range(3)]).astype(np.float32)
-        high = np.minimum(low + 1, level.shape[axis] - 1)
-        level = np.take(level, low, axis) * (1 - part) + np.take(level, high, axis) * part
-    return level
 
 
 def _regions(image: Image, body: np.ndarray, rays: Rays, wall: np.ndarray, back: np.ndarray) -> Regions:

@@ -4,7 +4,7 @@ import numpy as np
 
 from mammosim.core.rigid import rotation
 from mammosim.core.volume import Grid, Image
-from mammosim.imaging.outline import block, coarsened, spread
+from mammosim.imaging.outline import block, coarsened, spread, spread_linearly
 
 FINE = Grid((6, 9, 8), np.array([0.5, 0.5, 0.6]), np.array([3.0, -4, 5]), rotation(np.array([1.0, 2, 3])))
 VALUES = np.random.default_rng(1).normal(size=FINE.shape).astype(np.float32)
@@ -38,6 +38,16 @@ def test_every_fine_voxel_gets_the_value_of_its_block() -> None:
     back = spread(coarse.values, FINE, 1.5)
     assert back.shape == FINE.shape
     assert np.all(back[2:4, 3:6, 3:6] == coarse.values[1, 1, 1])
+
+
+def test_a_linear_field_is_carried_back_to_the_fine_voxels_between_the_middles_of_blocks() -> None:
+    normal = np.array([1.0, -2.0, 0.5])
+    exact = (FINE.centres() @ normal).reshape(FINE.shape)
+    coarse = coarsened(Image(FINE, exact), 1.5)
+    field = (coarse.grid.centres() @ normal).reshape(coarse.grid.shape).astype(np.float32)
+    back = spread_linearly(field, FINE, 1.5)
+    np.testing.assert_allclose(back[1:-1, 1:-1, 1:-1], exact[1:-1, 1:-1, 1:-1], rtol=1e-5)
+    np.testing.assert_array_equal(back[0, 0, 0], field[0, 0, 0])  # before the first middle, as there
 
 
 def test_an_image_that_is_coarse_already_is_not_touched() -> None:
