@@ -70,7 +70,7 @@ rule import_image:
 
 
 rule fiducials:
-    """Chest markers found in the image or taken from the list; breast markers and nipples from the list."""
+    """Chest markers found in the image or taken from the list; the rest from the list, or nipples found in labels."""
     input:
         unpack(reads("fiducials")),
         checked="results/checked/{v}_{p}.csv",
@@ -91,7 +91,7 @@ rule fiducials:
 
 
 rule register:
-    """The rigid motion of one position into the reference frame: markers first, then the rib cage's image."""
+    """The rigid motion of one position into the reference frame: by markers and the rib cage, or by that alone."""
     input:
         unpack(reads("transform", "moved_scan", "moved_fiducials")),
     output:

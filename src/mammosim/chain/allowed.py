@@ -8,7 +8,7 @@ from mammosim.chain.graph import Chain
 
 # What a person may give of a position.
 IMAGES, LABELS, STROKES, FIDUCIALS = "images", "labels", "strokes", "fiducials"
-FOUND = "; in prone they are found, to about 10 mm, on which dose and force depend"
+FOUND = "; they are found in prone, to about 10 mm, and dose and force depend on them"
 # What the study asks beside the stages of the chain: the stages and questions that each goes on from.
 QUESTIONS: Mapping[str, tuple[str, ...]] = {
     "sweep": ("registration",),

@@ -77,7 +77,7 @@ def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
 
 def _require_breast(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
     if not among(labels.values, FATTY).any():
-        raise ImageError("labels no voxel as adipose or glandular; give the labels of a breast")
+        raise ImageError("no voxel is labelled as adipose or glandular; give the labels of a breast")
     return labels, ""
 
 
@@ -110,8 +110,8 @@ def _require_solid(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap,
     lonely = np.count_nonzero(soft & ~near) / np.count_nonzero(soft)
     if lonely > LONELY:
         raise ImageError(
-            f"{PERCENT * lonely:.0f} % of the voxels of tissue have no neighbour of tissue; no breast looks "
-            "so: smooth the labels, or export them again"
+            f"{PERCENT * lonely:.0f} % of the voxels of tissue have no neighbour of tissue, as in "
+            "noise; smooth the labels, or export them again"
         )
     return labels, ""
 
@@ -121,12 +121,14 @@ def _require_meant(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap,
     for label in (Label.THORAX, Label.MARKER):
         mask = labels.values == label
         if mask.any() and not is_outside(mask, labels.values == Label.AIR):
-            raise ImageError(f"{label.tissue} lies inside the breast only, where none is")
+            raise ImageError(
+                f"what is labelled as {label.tissue} lies inside the breast, where there is none; correct it"
+            )
     return labels, ""
 
 
 def _labelled(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
-    """What nobody labelled becomes as its nearest neighbour is."""
+    """Voxels to be ignored take the label of the nearest other voxel."""
     unknown = labels.values == IGNORE
     return filled_in(labels, unknown), _said(unknown, labels, "that are to be ignored take the nearest label")
 

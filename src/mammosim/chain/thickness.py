@@ -65,8 +65,9 @@ def depth_in(labels: LabelMap, nipple: np.ndarray) -> float:
     nipple (3,) mm, frame of the labels, prone.
     """
     thorax = labels.values == Label.THORAX
-    front = thorax & (np.cumsum(thorax, axis=1) == 1)
-    ribs = _behind(labels.grid.points(np.argwhere(front).astype(float)), nipple)
+    k, i = np.nonzero(thorax.any(axis=1))
+    front = np.column_stack([k, thorax.argmax(axis=1)[k, i], i])
+    ribs = _behind(labels.grid.points(front.astype(float)), nipple)
     return float(np.median(ribs[:, 1]) - nipple[1]) if len(ribs) else float("nan")
 
 

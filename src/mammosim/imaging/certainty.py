@@ -82,7 +82,8 @@ class PartsOfChest:
         least, *_, most = np.linalg.eigvalsh(self.A.sum(axis=0) * np.outer(lever, lever))
         if not least > SINGULAR * most:
             raise ImageError(
-                "what the rib cages show does not fix a motion: nothing, or layers, are seen in them"
+                "the rib cages show too little structure to fix a rigid motion; list chest_1 to chest_4 "
+                "in both images"
             )
 
     @cached_property

@@ -11,9 +11,8 @@ def any_slice(folder: str | Path) -> np.ndarray | None:
     if not folder or not Path(folder).is_dir():
         return None
     files = [path for path in sorted(Path(folder).rglob("*")) if path.is_file()]
-    middle = len(files) // 2
-    for path in sorted(files, key=lambda each: abs(files.index(each) - middle)):
-        values = _decoded(path)
+    for k in sorted(range(len(files)), key=lambda k: abs(k - len(files) // 2)):
+        values = _decoded(files[k])
         if values is not None:
             return values
     return None

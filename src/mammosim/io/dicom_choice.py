@@ -87,8 +87,8 @@ def _named(name: str, groups: Groups, where: str) -> Sequence[Plane]:
     found = [group for group in groups if _is_named(name, group)]
     if len(found) == 1:
         return found[0]
-    many = f"{len(found)} series have" if found else "no series has"
-    raise ImageError(f"{where}: {many} what {COLUMN} says; there are: {_listed(found or groups, groups)}")
+    many = f"{len(found)} series match" if found else "no series matches"
+    raise ImageError(f"{where}: {many} {COLUMN} of its row; there are: {_listed(found or groups, groups)}")
 
 
 def _only(groups: Groups, where: str) -> tuple[Sequence[Plane], tuple[str, ...]]:

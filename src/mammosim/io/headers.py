@@ -66,7 +66,7 @@ def require_whole_nrrd(path: Path) -> None:
     header, end = _nrrd_header(path)
     if (space := header.get("space", "").lower()) not in NRRD_SPACES:
         stated = f"space is {space!r}" if space else "it has no field 'space'"
-        raise ImageError(f"{path} says not where left is: {stated}; save it with 3D Slicer or ITK")
+        raise ImageError(f"{path} states no orientation: {stated}; save it with 3D Slicer or ITK")
     if any(unit.strip('"') != "mm" for unit in header.get("space units", "").split()):
         raise ImageError(f"{path}: space units are {header['space units']}, not mm; save it in mm")
     _nrrd_stored(path, header, end).require_whole(path)
@@ -131,7 +131,7 @@ def require_whole_metaimage(path: Path) -> None:
     matrix = next((header[name] for name in META_MATRIX if name in header), None)
     if matrix is None:
         raise ImageError(
-            f"{path} says not where left is: it has no TransformMatrix; save it with 3D Slicer or ITK"
+            f"{path} states no orientation: it has no TransformMatrix; save it with 3D Slicer or ITK"
         )
     if len(counts) == len(spacing) == 3 and len(matrix.split()) == 9:
         require_rigid(np.array(matrix.split(), float).reshape(3, 3).T * spacing, counts, path)

@@ -80,7 +80,7 @@ def _header(head: bytes, order: Order, size: int, path: str | Path) -> Any:
     header = np.frombuffer(head, np.dtype(layout).newbyteorder(order))[0]
     if not header["magic"].startswith((b"n+1", b"n+2")):
         raise ImageError(
-            f"{path} is the header of Analyze or of a NIfTI pair, which says not where left is or keeps its "
+            f"{path} is the header of Analyze or of a NIfTI pair, which states no orientation or keeps its "
             "voxels elsewhere; save it as one file .nii or .nii.gz"
         )
     return header
@@ -157,7 +157,7 @@ def _placement(header: Any, path: str | Path) -> np.ndarray:
     by_sform, by_qform = header["sform_code"] > 0, header["qform_code"] > 0
     if not (by_sform or by_qform):
         raise ImageError(
-            f"{path} says not where left is: its sform and qform codes are 0; convert the scanner's own "
+            f"{path} states no orientation: its sform and qform codes are 0; convert the scanner's own "
             "files again, e.g. with dcm2niix"
         )
     A = S if by_sform else Q

@@ -15,5 +15,7 @@ def read_scan(path: str | Path, *, series: str = "", gaps: str = "") -> Series:
     if is_series(path):
         return read_series(path, series=series, gaps=gaps)
     if series or gaps:
-        raise ImageError(f"{path} is one image, of which no series and no gaps are told; leave these empty")
+        raise ImageError(
+            f"{path} is an image file: series and gaps are of DICOM alone; leave both columns empty"
+        )
     return Series(read_image(path), None, None, None)

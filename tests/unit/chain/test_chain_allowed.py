@@ -123,7 +123,7 @@ def test_a_volunteer_is_told_in_one_line(found):
     rows = not_planned(found(prone("labels")))
     assert ("fit of moduli", ONE) in rows
     assert rows[0][0] == "nipples and chest marked by hand"
-    assert "found, to about 10 mm, on which dose and force depend" in rows[0][1]
+    assert "found in prone, to about 10 mm, and dose and force depend on them" in rows[0][1]
     line = in_one_line(rows)
     assert "no segmentation: labels are given for ada" in line
     assert line.count(ONE) == 1, "a reason stands once"

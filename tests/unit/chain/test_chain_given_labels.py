@@ -169,7 +169,7 @@ def test_codes_of_something_else_are_doubted_where_the_chest_would_lie_inside_th
     ball = (x - 60) ** 2 + (y + 20) ** 2 + z**2 < 100
     lesion = changed(ball, T, codes_without_chest(breasts()))
     with pytest.raises(
-        ImageError, match=r"thorax lies inside the breast only.*fits preset .*pelicano_recoded"
+        ImageError, match=r"labelled as thorax lies inside the breast.*fits preset .*pelicano_recoded"
     ):
         taken(lesion)
     assert (taken(lesion, "pelicano_recoded").labels.values[ball] == G).all()
@@ -213,7 +213,7 @@ def test_a_breast_around_labelled_gland_is_fat():
 
 def test_labels_of_no_breast_are_rejected_with_what_they_may_be():
     with pytest.raises(
-        ImageError, match=r"mine\.nii: labels no voxel as adipose or glandular; .*; if the codes are"
+        ImageError, match=r"mine\.nii: no voxel is labelled as adipose or glandular; .*; if the codes are"
     ):
         taken(changed(True, A))
 

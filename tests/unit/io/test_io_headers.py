@@ -74,15 +74,15 @@ def test_a_header_without_its_voxels_is_named(tmp_path, name):
 @pytest.mark.parametrize(
     ("name", "old", "new", "message"),
     [
-        ("a.nrrd", b"space: left-posterior-superior\n", b"space dimension: 3\n", "says not where left is"),
-        ("a.nrrd", b"left-posterior-superior", b"scanner-xyz", "where left is: space is 'scanner-xyz'"),
+        ("a.nrrd", b"space: left-posterior-superior\n", b"space dimension: 3\n", "states no orientation"),
+        ("a.nrrd", b"left-posterior-superior", b"scanner-xyz", "no orientation: space is 'scanner-xyz'"),
         ("a.nrrd", b"space origin", b'space units: "cm" "cm" "cm"\nspace origin', "not mm; save it in mm"),
         ("a.nrrd", b"encoding: raw", b"encoding: bz2", "encoding 'bz2' .* cannot be checked"),
         ("a.nrrd", b"type: short", b"type: block", "no number has the type 'block'"),
         ("a.nrrd", b"sizes: 28 24 20", b"sizes: 28 24 x", r"a\.nrrd is not a readable image"),
         ("a.mha", b"NDims", b"DistanceUnits = cm\nNDims", "DistanceUnits is cm, not mm"),
         ("a.mha", b"ElementSpacing = 1 ", b"ElementSpacing = -1 ", "must be positive"),
-        ("a.mha", b"TransformMatrix", b"Comment", "says not where left is: it has no TransformMatrix"),
+        ("a.mha", b"TransformMatrix", b"Comment", "states no orientation: it has no TransformMatrix"),
         ("a.mha", b"ElementType = MET_SHORT\n", b"", "its header has no 'elementtype'"),
         ("a.mha", b"BinaryData = True", b"BinaryData = False", "voxels as text"),
     ],

@@ -163,7 +163,7 @@ def test_bytes_are_counted_against_the_header(tmp_path):
         ({"srow": placed(AXES * [1, 1, -1])}, r"differ by up to 32 mm \(one mirrors head and feet\)"),
         ({"srow": placed(AXES * [-1, 1, 1])}, "one mirrors left and right"),
         ({"srow": placed(TURN @ AXES), "sform": (2,)}, "turned by 12 degrees"),
-        ({"sform": (0,), "qform": (0,)}, "says not where left is: its sform and qform codes are 0"),
+        ({"sform": (0,), "qform": (0,)}, "states no orientation: its sform and qform codes are 0"),
         ({"pixdim": (1, 1.5, -2, 4, 1, 1, 1, 1)}, r"negative spacing 1\.5 x -2 x 4 in pixdim"),
         ({"pixdim": (1, 1.5, 0, 4, 1, 1, 1, 1)}, r"no spacing 1\.5 x 0 x 4 in pixdim"),
         ({"pixdim": (1, 1.5, np.nan, 4, 1, 1, 1, 1)}, "no spacing"),

@@ -24,5 +24,5 @@ def test_a_file_is_an_image_without_a_tag(tmp_path: Path) -> None:
     scan = read_scan(path)
     np.testing.assert_array_equal(scan.image.values, VALUES)
     assert scan.patient_position is None
-    with pytest.raises(ImageError, match=r"a\.nii\.gz is one image, of which no series"):
+    with pytest.raises(ImageError, match=r"a\.nii\.gz is an image file: series and gaps"):
         read_scan(path, series="5")

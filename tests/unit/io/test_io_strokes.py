@@ -170,8 +170,6 @@ def test_what_is_no_stroke_file_is_rejected(tmp_path) -> None:
     with pytest.raises(SegmentationError, match=r"unknown format '\.txt'; choose one of: \.csv, \.nii"):
         read_strokes(tmp_path / "s.txt")
     (tmp_path / "s.nrrd").write_bytes(b"NRRD0004\n")
-    with pytest.raises(
-        ImageError, match=r"s\.nrrd says not where left is: it has no field 'space'"
-    ) as caught:
+    with pytest.raises(ImageError, match=r"s\.nrrd states no orientation: it has no field 'space'") as caught:
         read_strokes(tmp_path / "s.nrrd")
     assert "\n" not in str(caught.value)

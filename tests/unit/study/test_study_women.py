@@ -33,7 +33,7 @@ def test_every_reason_stands_on_the_page_with_its_position():
         "one of a position that nothing is made of stops nothing"
     )
     assert all(words in page for words in (CUT, "three markers", "no image"))
-    assert "Nothing is made of this position" in page
+    assert "This position is not used" in page
 
 
 def test_who_is_still_to_be_scanned_is_no_reason_to_stop():

@@ -58,7 +58,7 @@ def checked_sections(
     stops = [why for _, used, why in rows if used]
     text = "Her scans are made by the study itself, which checks them before it uses them." if waits else ""
     text = text or (
-        f"**{_reasons(len(stops))} to stop.** Mend what the table says; nothing is computed before."
+        f"**{_reasons(len(stops))} to stop.** Correct what the table lists; nothing is computed until then."
         if stops
         else "Nothing that is given of her would stop the study. **Look at the pictures**: a wrong side, "
         "a wrong direction of gravity or a wrong spacing is seen at once."
@@ -75,7 +75,7 @@ def checked_sections(
 
 def _of_position(each: Checked) -> Section:
     """Pictures, files and what was measured of one position."""
-    used = "Nothing is made of this position: it cannot be brought into the frame of hers."
+    used = "This position is not used: it cannot be brought into one frame with the others."
     words = " ".join(
         [*([] if each.used else [used]), *([f"Noted: {'; '.join(each.notes)}."] if each.notes else [])]
     )
@@ -110,7 +110,7 @@ def planned_sections(
         ),
         *([missing] if missing else []),
         Section(
-            "What one more series would add",
+            "What more data would add",
             "" if len(more) else "Nothing: all that the study can do is planned for her.",
             (Listing(more, "Beside what is given of her."),) if len(more) else (),
         ),
