@@ -52,8 +52,7 @@ class Seen:
     """What is given of a position, as far as it can be read, and every reason for which it cannot be used.
 
     images: by 'labels' and 'images', the outline of the labels and the image; codes: the labels as they are
-    stored. notes: what was mended, or left
-    out, of what is given.
+    stored; notes: what was mended, or left out, of what is given.
     """
 
     images: dict[str, Image] = field(default_factory=dict)
@@ -163,12 +162,22 @@ def check_list(path: str, listed: Fiducials, image: Image, asked: Asked) -> None
     are listed.
     """
     try:
-        listed.require(f"nipple_{side}" for side in asked.sides)
+        _require_nipples(listed, asked.sides)
         require_plausible(listed, image)
         if asked.registered:
             worn_on_chest(listed, image if asked.found else None)
     except FiducialError as error:
         raise FiducialError(f"{path} with its image: {error}") from None
+
+
+def _require_nipples(listed: Fiducials, sides: list[str]) -> None:
+    """Raise FiducialError where the nipple of a side is not listed."""
+    if absent := [side for side in sides if f"nipple_{side}" not in listed.names]:
+        names = " and ".join(f"nipple_{side}" for side in absent)
+        left = [side for side in sides if side not in absent]
+        without = f", or set compression.sides: [{left[0]}] where there is no other breast" if left else ""
+        missing = "is missing; mark it" if len(absent) == 1 else "are missing; mark them"
+        raise FiducialError(f"{names} {missing}{without}")
 
 
 def check_strokes(path: str, image: Image | None) -> None:

@@ -49,12 +49,6 @@ class Fiducials:
         x: np.ndarray = self.points[self.names.index(name)]
         return x
 
-    def require(self, names: Iterable[str]) -> None:
-        """Raise FiducialError where one of these is not listed."""
-        if absent := [name for name in names if name not in self.names]:
-            verb = "is" if len(absent) == 1 else "are"
-            raise FiducialError(f"{' and '.join(absent)} {verb} missing; mark what is missing in the image")
-
 
 def usual_name(written: str) -> str:
     """The name that is meant by 'Breast 1', 'nipple-left' or 'Left nipple '; '' where none is."""

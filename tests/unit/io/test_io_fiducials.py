@@ -181,12 +181,6 @@ def test_several_lists_in_one_file_are_one_list_and_other_markups_none(tmp_path:
         read_fiducials(tmp_path / "f.mrk.json")
 
 
-def test_names_that_are_needed_are_asked_for() -> None:
-    LIST.require(["nipple_left"])
-    with pytest.raises(FiducialError, match=r"^nipple_right and chest_2 are missing"):
-        LIST.require(["nipple_left", "nipple_right", "chest_2"])
-
-
 def test_an_unknown_format_or_absent_list_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "list.txt").write_text("")
     with pytest.raises(FiducialError, match=r"unknown format '\.txt'; choose one of"):

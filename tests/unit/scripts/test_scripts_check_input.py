@@ -124,6 +124,12 @@ def test_a_list_has_the_nipples_of_the_sides_that_are_studied(check):
         check(files, sides=["left"])
     nipple = Fiducials((*FOUR.names, "nipple_left"), (*FOUR.kinds, "nipple"), np.vstack([CORNERS, [9, 9, 9]]))
     check(files, listed=nipple, sides=["left"])
+    with pytest.raises(
+        FiducialError, match=r"nipple_right is missing; mark it, or set compression.sides: \[left\]"
+    ):
+        check(files, listed=nipple, sides=["left", "right"])
+    with pytest.raises(FiducialError, match=r"nipple_left and nipple_right are missing; mark them$"):
+        check(files, sides=["left", "right"])
 
 
 def test_points_are_judged_by_the_picture_they_go_with_and_named_by_their_file(check, monkeypatch):
