@@ -30,7 +30,7 @@ def volunteer_table(file):
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
     return {
-        (row["volunteer"], row["position"]): SimpleNamespace(**{name: row.get(name) or "" for name in COLUMNS})
+        (row["volunteer"], row["position"]): SimpleNamespace(**{name: row.get(name) or "" for name in configuration.COLUMNS})
         for row in rows
     }
 
@@ -97,7 +97,6 @@ def segmented(volunteer):
 
 
 HER_DATA = (allowed.IMAGES, allowed.LABELS, allowed.STROKES, allowed.FIDUCIALS)
-COLUMNS = ("volunteer", "position", *HER_DATA, "codes", "gravity", "series", "gaps")
 RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]
