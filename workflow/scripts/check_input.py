@@ -28,6 +28,7 @@ from mammosim.io.strokes import read_strokes
 from mammosim.io.tables import write_table
 from mammosim.meshing.body import thin_volume
 
+# ASSUME: less than 1 cm3 that no element resolves need not be said.
 LEAST_THIN_CM3 = 1.0
 
 

@@ -19,7 +19,8 @@ GIVEN = "given"
 # ASSUME: a woman for whom no thickness is given is pressed to a share of her breast's depth in prone, half by
 # default. More than 120 mm is no mammogram: what was taken for a breast is none.
 LARGEST_MM = 120.0
-# Ribs this far beside, above and below the nipple are right behind it; no single node decides their median.
+# ASSUME: ribs within 30 mm beside, above and below the nipple are behind it; no single node decides their
+# median.
 BEHIND_MM = 30.0
 
 

@@ -25,9 +25,11 @@ FRONT_MM, FLANK_MM, WITHIN_MM, AXIS_SHARE, WIDEST = 18.0, 25.0, 45.0, 0.8, 1.2
 ONE_BREAST_MM = 230.0
 # ASSUME: 6 mm of muscle are compared with 6 mm of fat before it.
 LAYER_MM = 6.0
+# ASSUME: skin and its glow are 4 mm thick, and 4 mm of tissue at least lie over the muscle.
 SKIN_MM, SMOOTH_MM, LEAST_COVER_MM = 4.0, 2.0, 4.0
-# Relative intensities beyond these are vessels, gland or air. Costs: in standard deviations of the contrast.
+# ASSUME: intensities relative to fat beyond these are vessels, gland or air.
 CLIPPED = (0.2, 1.3)
+# Costs, in standard deviations of the contrast.
 PENALTY, UNSEEN, FORBIDDEN = 0.3, 1.0, 20.0
 SMOOTH_WALL = (5.0, 2.0)  # slices and angles: 20 mm and 6 degrees
 # ASSUME: the muscle is 4 to 20 mm thick, and about 12 mm where no darker layer is seen behind it.

@@ -14,7 +14,7 @@ from mammosim.core.errors import ImageError
 from mammosim.io.dicom_phases import LEAST_PLACES, each_once, phases_of
 from mammosim.io.dicom_planes import Plane
 
-# Slices of a localiser that stand in one direction: a volume has more.
+# ASSUME: a localiser has at most three slices in one direction; a volume has more.
 MOST_OF_LOCALISER = 3
 LOCALISER = {"LOCALIZER", "LOCALISER", "LOC", "SCOUT", "SURVEY"}
 DESCRIBING = ("SeriesDescription", "ProtocolName")

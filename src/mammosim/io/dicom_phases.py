@@ -17,7 +17,7 @@ TriggerTime NominalCardiacTriggerDelayTime StackID
 TELLING = tuple(NAMES.split())
 # Times differ from slice to slice: of each place, the first slice is of the first phase.
 RANKED = ("TriggerTime", "FrameAcquisitionDateTime", "AcquisitionTime", "ContentTime")
-# A phase has at least this part of the places of all of them: one with less has lost slices, and is no phase.
+# ASSUME: a phase has at least three quarters of the places of all of them; what has less is none.
 LEAST_PLACES = 0.75
 SAME_PLACE_MM, SAME_DIRECTION = 0.01, 0.01
 Value = tuple[float, str]

@@ -14,13 +14,14 @@ from mammosim.core.errors import ImageError
 from mammosim.io.dicom_planes import Plane
 from mammosim.io.dicom_tags import EXPORT, require_equal, require_tags
 
-# A slice may be this far from its place on the even grid: rounding of decimal strings, far below a voxel.
+# ASSUME: decimal strings round places by less than 0.1 mm, which is far below a voxel.
 PLACE_TOLERANCE_MM = 0.1
-LARGE_GAP = 1.5  # of the usual distance: no jitter any more
+# ASSUME: gaps differ by less than a half of the usual one, unless a slice is lost.
+LARGE_GAP = 1.5
 MULTIPLE = 0.1  # a gap that is a multiple of the usual one to this part of it: lost slices
-# Such a gap between so many slices on both sides, of which the numbers tell no loss, parts two stacks.
+# ASSUME: such a gap between so many slices on both sides, whose numbers tell of no loss, parts two stacks.
 STACK_GAP, LEAST_IN_STACK = 2.5, 4
-# Slices this many thicknesses apart, whose numbers have this many times as many places, are not all.
+# ASSUME: slices this many thicknesses apart, whose numbers have this many times as many places, are not all.
 SPARSE = 1.5
 SAME_PLACE_MM = 1e-3
 RESAMPLE = "resample"

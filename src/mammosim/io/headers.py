@@ -37,6 +37,8 @@ META_BYTES = {
     "CHAR": 1, "UCHAR": 1, "SHORT": 2, "USHORT": 2, "INT": 4, "UINT": 4, "LONG": 4, "ULONG": 4,
     "LONG_LONG": 8, "ULONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8,
 }  # fmt: skip
+# ASSUME: programs pad what they do not pack by less than a hundredth.
+PADDING = 0.01
 META_MATRIX = ("transformmatrix", "rotation", "orientation")
 
 
@@ -55,7 +57,7 @@ class Stored:
             raise ImageError(f"{path} keeps its voxels in {self.file.name}, which is not there; copy both")
         if not self.packed:
             there = self.file.stat().st_size - self.skip
-            require_count(self.file, there, self.n_bytes, slack=self.n_bytes // 100)
+            require_count(self.file, there, self.n_bytes, slack=int(PADDING * self.n_bytes))
             return
         with unpacked(self.file, skip=self.skip, packed=True) as file:
             require_count(self.file, rest_of(file), self.n_bytes)

@@ -27,7 +27,6 @@ from mammosim.io.label_codes import (
     explained,
     fits,
     is_preset,
-    meaning_of,
     of_names,
     presets,
 )
@@ -51,13 +50,14 @@ class CodedMap:
     def of_segments(cls, grid: Grid, segments: Sequence[tuple[str, np.ndarray]], path: str) -> "CodedMap":
         """Of names with masks (nz, ny, nx), which may overlap: the n-th has the code n.
 
-        A later one lies over an earlier one, and all lie over a whole breast.
+        Of those the smallest one is kept, as io.dicom_segmentation does.
         """
         codes = np.zeros(grid.shape, np.int32)
-        numbered = list(enumerate(segments, 1))
-        for n, (_, mask) in sorted(numbered, key=lambda each: meaning_of(each[1][0]) != "breast"):
-            codes[mask] = n
-        return cls(grid, codes, path, {n: name for n, (name, _) in numbered})
+        size = [np.count_nonzero(mask) for _, mask in segments]
+        # ASSUME: of segments that overlap, the smaller one is a part of the larger one.
+        for n in np.argsort(np.negative(size), kind="stable"):
+            codes[segments[n][1]] = n + 1
+        return cls(grid, codes, path, {n: name for n, (name, _) in enumerate(segments, 1)})
 
     @property
     def found(self) -> tuple[int, ...]:

@@ -181,6 +181,15 @@ def test_overlapping_segments_lie_over_a_whole_breast_whatever_their_order(tmp_p
     assert found.values[:, 0, 0].tolist() == [Label.AIR, BREAST, Label.GLANDULAR]
 
 
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_lesion_lies_over_the_gland_that_it_is_in_whatever_their_order(order):
+    gland, lesion = np.zeros(SHAPE, bool), np.zeros(SHAPE, bool)
+    gland[1:], lesion[2] = True, True
+    segments = [("Gland", gland), ("Lesion", lesion)]
+    found = tissue_map(CodedMap.of_segments(GRID, [segments[n] for n in order], "mine.nrrd"))
+    assert found.values[:, 0, 0].tolist() == [Label.AIR, Label.GLANDULAR, Label.LESION]
+
+
 def test_names_of_a_file_that_no_voxel_has_are_not_asked_for():
     assert tissue_map(coded(0, 1, names={1: "Fat", 2: "Label 2"})).values.ravel()[1] == Label.ADIPOSE
 

@@ -26,3 +26,15 @@ def test_a_file_is_an_image_without_a_tag(tmp_path: Path) -> None:
     assert scan.patient_position is None
     with pytest.raises(ImageError, match=r"a\.nii\.gz is an image file: series and gaps"):
         read_scan(path, series="5")
+
+
+def test_a_file_that_may_not_be_opened_is_named_in_one_line(tmp_path: Path, monkeypatch) -> None:
+    path = tmp_path / "a.nii.gz"
+    path.touch()
+
+    def denied(self: Path, *about: object) -> None:
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "open", denied)
+    with pytest.raises(ImageError, match=r"a\.nii\.gz cannot be read: Permission denied; see to its perm"):
+        read_scan(path)
