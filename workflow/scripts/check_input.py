@@ -18,7 +18,7 @@ from mammosim.core.settings import read
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.markers import worn_on_chest
-from mammosim.imaging.plausible_points import require_plausible
+from mammosim.imaging.plausible_points import require_drawn_in, require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
 from mammosim.imaging.quality import image_quality, require_usable
 from mammosim.io.fiducials import read_fiducials
@@ -104,6 +104,8 @@ def look(files: dict[str, str], position: str, gravity: np.ndarray, asked: Asked
             seen.notes += scan.notes
             seen.images["images"] = scan.image
             usable(scan.image, files["images"], position, gravity, scan.patient_position)
+            if seen.labels is not None:
+                check_together(seen.labels, scan.image, files)
     if "listed" in files:
         with seen.judged():
             seen.listed = read_fiducials(files["listed"])
@@ -137,6 +139,14 @@ def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str
         require_usable(image, position=position, gravity=gravity, patient_position=tag)
     except ImageError as error:
         raise ImageError(f"{path}: {error}") from None
+
+
+def check_together(labels: LabelMap, image: Image, files: dict[str, str]) -> None:
+    """Raise ImageError where the labels are not of the image that is given beside them."""
+    try:
+        require_drawn_in(labels, image)
+    except ImageError as error:
+        raise ImageError(f"{files['labels']} with {files['images']}: {error}") from None
 
 
 def found_points(labels: LabelMap, path: str, sides: list[str]) -> Fiducials:

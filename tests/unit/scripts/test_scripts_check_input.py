@@ -43,6 +43,7 @@ def check(script, monkeypatch, tmp_path):
     monkeypatch.setattr(module, "image_quality", lambda image, *, position: {"brightest": image.values.max()})
 
     monkeypatch.setattr(module, "require_plausible", lambda listed, image: None)
+    monkeypatch.setattr(module, "require_drawn_in", lambda labels, image: None)
     monkeypatch.setattr(module, "require_painted", lambda strokes, image: None)
     monkeypatch.setattr(module, "read_strokes", lambda path: path)
 
@@ -88,6 +89,17 @@ def test_the_named_series_is_read_and_what_stands_out_is_logged(check, caplog):
     with caplog.at_level("INFO"):
         check({"images": "folder"})
     assert caplog.messages == ["folder: 5 resample"]
+
+
+def test_labels_are_of_the_image_beside_them(check, monkeypatch):
+    def rejected(labels, image):
+        raise ImageError(f"{labels.values.max()} in {image.values.max():g}")
+
+    monkeypatch.setattr(check.module, "require_drawn_in", rejected)
+    with pytest.raises(ImageError, match=r"^l\.nii\.gz with i\.nii\.gz: 1 in 7$"):
+        check({"labels": "l.nii.gz", "images": "i.nii.gz"})
+    check({"labels": "l.nii.gz"})
+    check({"images": "i.nii.gz"})
 
 
 @pytest.mark.parametrize(("value", "kind"), [(1000.0, "labels"), (7.0, "images")])
