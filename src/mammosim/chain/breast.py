@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mammosim.chain.labelled import between_breasts_mm
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import LabelMap
@@ -34,7 +35,13 @@ class Breast:
     def midline_mm(self) -> float:
         """x of the midline in the common frame; infinite where nothing is beyond it, as of a lone breast."""
         x = self.to_reference(self.fiducials.of_kind("nipple"))[:, 0]
+        if len(x) == 0:
+            return 0.0
         if len(x) == 2:
-            return float(x.mean()) if abs(x.mean()) > OFF_MM else 0.0
-        outward = 1.0 if self.side == "left" else -1.0
-        return 0.0 if len(x) == 0 or outward * x[0] > OFF_MM else -outward * np.inf
+            middle = float(x.mean())
+        else:
+            between = between_breasts_mm(self.labels, self.nipple)
+            middle = float(self.to_reference(np.array([[between, *self.nipple[1:]]]))[0, 0])
+        if np.isnan(middle):
+            return -np.inf if self.side == "left" else np.inf
+        return middle if abs(middle) > OFF_MM else 0.0

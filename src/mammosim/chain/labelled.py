@@ -93,6 +93,12 @@ def chest_limits(labels: LabelMap, fiducials: Fiducials) -> np.ndarray:
     return np.array([[middle, np.nanmin(chest[out]), z] for z in ends])
 
 
+def between_breasts_mm(labels: LabelMap, nipple: np.ndarray) -> float:
+    """x of the middle of a body with two breasts, by the nipple (3,) of one of them; NaN of a lone breast."""
+    middle = _midline_mm(_body(labels))
+    return middle if abs(nipple[0] - middle) > APART_MM / 2 else float("nan")
+
+
 def _body(labels: LabelMap) -> np.ndarray:
     """Centres (n, 3) of the voxels of the body."""
     return labels.grid.points(np.argwhere(~np.isin(labels.values, OUTSIDE)).astype(float))
