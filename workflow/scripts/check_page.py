@@ -65,6 +65,8 @@ def thickness_words(looked: dict[str, check_input.Seen], told: dict) -> list[str
         return []
     given, words = told["compression"], []
     for side in given["sides"]:
+        if f"nipple_{side}" not in seen.listed.names:
+            continue  # which is a fault already
         with seen.judged():
             nipple = seen.listed.point(f"nipple_{side}")
             depth = depth_in(seen.labels, nipple)

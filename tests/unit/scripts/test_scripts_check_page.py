@@ -75,6 +75,14 @@ def test_a_thickness_that_makes_no_sense_is_a_reason_to_stop_before_anything_is_
     assert "outside [60, 120]; state hers in compression.thickness_mm" in stops[0]
 
 
+def test_a_nipple_that_is_not_listed_is_one_reason_and_not_two(page, files, tmp_path):
+    (tmp_path / "list.csv").write_text("name,kind,x_mm,y_mm,z_mm\nnipple_left,nipple,70,-60,0\n")
+    text, stops = page({"labels": files.folder / "labels.nii.gz", "listed": tmp_path / "list.csv"})
+    (stop,) = stops
+    assert "nipple_right is missing; mark it, or set compression.sides: [left]" in stop
+    assert "(left)" in text, "the thickness of the side that has one"
+
+
 def test_rejected_labels_have_their_codes_as_a_picture(page, files, tmp_path):
     others = np.where(files.labels.values == Label.THORAX, np.uint8(50), files.labels.values)
     write_labels(LabelMap(files.labels.grid, others), tmp_path / "codes.nii.gz")
