@@ -62,7 +62,7 @@ def test_one_woman_who_is_rejected_hides_no_other_and_nothing_is_computed(women,
     )("check")
     assert result.returncode != 0
     lines = result.stdout.splitlines()
-    assert "ada: nothing stops her; see results/checked/ada.html" in lines
+    assert "ada: her data can be used; see results/checked/ada.html" in lines
     assert any(line.startswith("bea: prone: bea.nii.gz: unknown labels 50") for line in lines)
     assert "the data of bea cannot be used (1 of 2 volunteers)" in "\n".join(lines[-20:])
     pages = {name: (tmp_path / f"results/checked/{name}.html").read_text() for name in ("ada", "bea")}
@@ -168,7 +168,7 @@ def test_two_real_women_are_planned_and_checked(women, tmp_path):
     checked = ask("check")
     lines = [line for line in checked.stdout.splitlines() if line.startswith(("duke: ", "exam12: "))]
     assert [line.split(":")[0] for line in lines] == ["duke", "exam12"]
-    assert lines[0] == "duke: nothing stops her; see results/checked/duke.html"
+    assert lines[0] == "duke: her data can be used; see results/checked/duke.html"
     page = (tmp_path / "results/checked/duke.html").read_text()
     assert "duke, prone: 0.80 x 0.80 x 1.10 mm" in page
     assert "data:image/png" in (tmp_path / "results/checked/exam12.html").read_text()

@@ -44,7 +44,7 @@ def test_a_verdict_is_one_line_with_the_first_reason():
     found = {"volunteer": "ada", "stops": [f"prone: {CUT}\nagain", "b", "c"], "waits": False}
     words = verdict(found, "results/checked/ada.html")
     assert words == f"ada: prone: {CUT} again (3 reasons, this is the first); see results/checked/ada.html"
-    assert verdict(found | {"stops": []}, "p").startswith("ada: nothing stops her")
+    assert verdict(found | {"stops": []}, "p").startswith("ada: her data can be used")
     assert verdict(found | {"stops": [], "waits": True}, "p") == "ada: her scans are made by the study; see p"
 
 

@@ -125,7 +125,7 @@ def verdict(found: Mapping[str, object], page: str) -> str:
     """One line: who, whether she stops the study and why first, and her page."""
     stops = [str(each) for each in found["stops"]] if isinstance(found["stops"], list) else []
     more = f" ({_reasons(len(stops))}, this is the first)" if len(stops) > 1 else ""
-    ready = "her scans are made by the study" if found["waits"] else "nothing stops her"
+    ready = "her scans are made by the study" if found["waits"] else "her data can be used"
     first = " ".join(stops[0].split()) if stops else ready
     return f"{found['volunteer']}: {first}{more}; see {page}"
 
