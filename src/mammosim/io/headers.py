@@ -99,7 +99,8 @@ def _nrrd_header(path: Path) -> tuple[dict[str, str], int]:
 def _nrrd_stored(path: Path, header: Mapping[str, str], end: int) -> Stored:
     name = header.get("data file", header.get("datafile"))
     packing = header.get("encoding", "").lower()
-    if packing not in NRRD_PACKED or (name and len(name.split()) > 1):
+    several = name is not None and ("%" in name or name.split()[:1] == ["LIST"])
+    if packing not in NRRD_PACKED or several:
         raise ImageError(
             f"{path}: encoding {packing!r} or voxels in several files cannot be checked; save it as one "
             ".nrrd, raw or gzip"

@@ -42,6 +42,22 @@ def test_a_whole_file_is_read(tmp_path, name, packed):
     np.testing.assert_allclose(image.grid.centres(), GRID.centres(), atol=1e-5)
 
 
+@pytest.mark.parametrize("name", ["a.nhdr", "a.mhd"])
+def test_the_file_of_the_voxels_may_have_a_name_with_blanks(tmp_path, name):
+    path = written(tmp_path, name, False)
+    data_of(path).rename(tmp_path / "my scan.raw")
+    path.write_text(path.read_text().replace("a.raw", "my scan.raw"))
+    np.testing.assert_array_equal(read_image(path).values, VALUES)
+
+
+@pytest.mark.parametrize("names", ["a%d.raw 1 20 1", "LIST"])
+def test_voxels_in_several_files_are_rejected(tmp_path, names):
+    path = written(tmp_path, "a.nhdr", False)
+    path.write_text(path.read_text().replace("a.raw", names))
+    with pytest.raises(ImageError, match=r"a\.nhdr: encoding 'raw' or voxels in several files"):
+        read_image(path)
+
+
 @pytest.mark.parametrize("left", [0.3, 0.6, -1])
 @pytest.mark.parametrize(("name", "packed"), FORMATS)
 def test_a_file_that_is_cut_short_is_rejected(tmp_path, name, packed, left):
