@@ -20,7 +20,7 @@ from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.markers import worn_on_chest
 from mammosim.imaging.plausible_points import require_drawn_in, require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
-from mammosim.imaging.quality import image_quality, require_usable
+from mammosim.imaging.quality import image_quality, require_usable, shows_one_breast
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.label_maps import CodedMap, read_label_map
 from mammosim.io.scans import read_scan
@@ -104,6 +104,9 @@ def look(files: dict[str, str], position: str, gravity: np.ndarray, asked: Asked
             seen.notes += scan.notes
             seen.images["images"] = scan.image
             usable(scan.image, files["images"], position, gravity, scan.patient_position)
+            alone = not {"labels", "listed"} & set(files)  # else the nipples tell, which are needed
+            if alone and len(asked.sides) > 1 and shows_one_breast(scan.image):
+                seen.notes.append("one breast is shown and both are asked for: name it in compression.sides")
             if seen.labels is not None:
                 check_together(seen.labels, scan.image, files)
     if "listed" in files:

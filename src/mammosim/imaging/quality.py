@@ -186,6 +186,12 @@ def position_seen(body: np.ndarray, spacing: np.ndarray) -> str:
     return "prone" if np.any(np.greater(shape, LARGEST_LYING)) else NOT_TOLD
 
 
+def shows_one_breast(image: Image) -> bool:
+    """Whether an image shows one breast alone. Raises ImageError when no body is in the image."""
+    coarse = coarsened(image, FINEST_MM)
+    return _is_one_breast(body_mask(coarse), coarse.grid.spacing)
+
+
 def _steepness(body: np.ndarray, spacing: np.ndarray) -> tuple[float, float]:
     """How far a breast stands out before the midline, mm, and over its width at half of that: the most."""
     front = _front(body)

@@ -7,7 +7,7 @@ from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, Image, grid_around
 from mammosim.imaging.outline import body_mask
-from mammosim.imaging.quality import image_quality, require_usable
+from mammosim.imaging.quality import image_quality, require_usable, shows_one_breast
 
 PRONE, SUPINE = np.array([0.0, -1.0, 0.0]), np.array([0.0, 1.0, 0.0])
 
@@ -157,6 +157,8 @@ def test_one_breast_beside_which_the_image_ends_is_usable() -> None:
         image = body(stands_out_mm=stands_out_mm, breasts=(85.0,), low=0)
         judge(image, "prone")
         assert image_quality(image, position="prone")["position_seen"] == "not told"
+        assert shows_one_breast(image)
+    assert not shows_one_breast(body(stands_out_mm=60))
     with pytest.raises(ImageError, match=r"cuts the breast off: tissue covers \d+ mm2 of its right border"):
         judge(body(stands_out_mm=60, breasts=(85.0,), low=70), "prone")
 

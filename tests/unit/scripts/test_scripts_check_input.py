@@ -91,6 +91,16 @@ def test_the_named_series_is_read_and_what_stands_out_is_logged(check, caplog):
     assert caplog.messages == ["folder: 5 resample"]
 
 
+@pytest.mark.parametrize(("sides", "said"), [(["left", "right"], 1), (["left"], 0)])
+def test_an_image_of_one_breast_is_noted_where_both_are_asked_for(check, monkeypatch, sides, said):
+    monkeypatch.setattr(check.module, "shows_one_breast", lambda image: True)
+    (row,) = check({"images": "i.nii.gz"}, sides=sides)
+    assert row["notes"].count("one breast is shown and both are asked for") == said
+    monkeypatch.setattr(check.module, "shows_one_breast", lambda image: False)
+    (row,) = check({"images": "i.nii.gz"}, sides=sides)
+    assert row["notes"] == "5 resample"
+
+
 def test_labels_are_of_the_image_beside_them(check, monkeypatch):
     def rejected(labels, image):
         raise ImageError(f"{labels.values.max()} in {image.values.max():g}")
