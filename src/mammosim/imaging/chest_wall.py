@@ -51,12 +51,14 @@ class Axis:
 def thorax_axis(body: np.ndarray, spacing: np.ndarray) -> Axis:
     """The axis of the thorax in a body (nz, ny, nx), spacing (3,) mm in (x, y, z).
 
-    Raises SegmentationError where no slice has a body at the midline.
+    Raises SegmentationError where there is hardly any body, or no slice has one at the midline.
     """
     nz, ny, nx = body.shape
     dx, dy, _ = spacing
     share = body.mean(axis=(0, 1))
     columns = np.flatnonzero(share > 0.02)
+    if not len(columns):
+        raise SegmentationError("hardly any body is seen; give an image of both breasts or of one")
     first, last = int(columns[0]), int(columns[-1])
     one = nx * dx < ONE_BREAST_MM
     more = share[first : first + 5].mean() > share[last - 4 : last + 1].mean()

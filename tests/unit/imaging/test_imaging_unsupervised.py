@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from mammosim.core.errors import SegmentationError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap
+from mammosim.imaging.chest_wall import thorax_axis
 from mammosim.imaging.depth_field import depth_field
 from mammosim.imaging.fat_level import fat_level
 from mammosim.imaging.overlap import dice
@@ -95,3 +97,14 @@ def test_a_surface_of_least_cost_bridges_what_shows_no_edge() -> None:
     cost[8:16, 10:25] = 0
     cost[20:22, 30:33, 27] = -2
     assert np.abs(depth_field(cost, penalty=0.1) - truth).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [(slice(0, 0), "hardly any body"), ([0, -1], "at the image's midline")],
+)
+def test_an_image_without_a_chest_has_no_axis(columns, words) -> None:
+    body = np.zeros((6, 40, 80), bool)
+    body[:, :, columns] = True
+    with pytest.raises(SegmentationError, match=words):
+        thorax_axis(body, np.full(3, 3.5))
