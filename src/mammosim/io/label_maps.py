@@ -71,7 +71,7 @@ def read_label_map(path: str | Path) -> CodedMap:
     """
     if not Path(path).exists():
         raise ImageError(f"no label map {path}; correct the path")
-    if Path(path).suffix == ".zip":
+    if Path(path).suffix.lower() == ".zip":
         return _unpacked(path)
     if is_seg(path):
         grid, codes, names = read_seg(path)
