@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dicom_series import GRID, VALUES, write
+from dicom_series import GRID, VALUES, place, write
+from pydicom import Dataset
 
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Image
@@ -26,3 +27,17 @@ def test_a_file_is_an_image_without_a_tag(tmp_path: Path) -> None:
     assert scan.patient_position is None
     with pytest.raises(ImageError, match=r"a\.nii\.gz is one image, of which no series"):
         read_scan(path, series="5")
+    with pytest.raises(ImageError, match=r"a\.nii\.gz is one image, of which no series and no gaps"):
+        read_scan(path, gaps="resample")
+
+
+def test_what_is_told_of_a_folder_reaches_its_series(tmp_path: Path) -> None:
+    def uneven(k: int, dataset: Dataset) -> None:
+        dataset.ImagePositionPatient = place(k + 0.3 * (k == 2))
+
+    folder = write(tmp_path, uneven)
+    with pytest.raises(ImageError, match="no series has what"):
+        read_scan(folder, series="6")
+    with pytest.raises(ImageError, match="uneven gaps"):
+        read_scan(folder)
+    assert "interpolated" in read_scan(folder, gaps="resample").notes[0]
