@@ -9,7 +9,7 @@ from mammosim.chain.given_labels import LabelSettings, Prepared, prepared
 from mammosim.chain.label_geometry import filled_in
 from mammosim.core.errors import ImageError
 from mammosim.core.labels import DEFORMABLE, Label
-from mammosim.core.volume import LabelMap, grid_around
+from mammosim.core.volume import Grid, LabelMap, grid_around
 from mammosim.io.label_maps import CodedMap
 from mammosim.meshing.body import ElementSize, mesh_body, thin_volume
 from mammosim.meshing.quality import quality
@@ -148,6 +148,22 @@ def test_a_breast_on_the_front_border_is_cut_off_and_one_beside_it_is_doubted():
     assert any("one voxel behind the front border" in note for note in taken(near).notes)
     with pytest.raises(ImageError, match=r"cut off at the front border, where \d+ mm2 of tissue touch it"):
         taken(cut)
+
+
+@pytest.mark.parametrize(("n", "cut"), [(8, False), (9, True)])
+def test_more_than_50_mm2_of_tissue_on_the_front_border_is_a_breast_that_is_cut_off(n, cut):
+    """Of voxels of 2 x 3 mm, 5 mm deep."""
+    grid = Grid((12, 10, 14), np.array([2.0, 5.0, 3.0]), np.zeros(3))
+    codes = np.full(grid.shape, F, np.int32)
+    codes[:, 7:] = T
+    codes[:, 0] = A
+    codes[5, 0, :n] = F
+    coded = CodedMap(grid, codes, "mine.nii")
+    if not cut:
+        assert (taken(coded).labels.values[5, 0, :n] == F).all()
+        return
+    with pytest.raises(ImageError, match=r"cut off at the front border, where 54 mm2 of tissue touch it"):
+        taken(coded)
 
 
 def test_lesions_are_gland_and_what_is_to_be_ignored_is_as_its_neighbour(tmp_path):

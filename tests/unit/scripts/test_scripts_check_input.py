@@ -185,7 +185,7 @@ def test_every_part_is_judged_and_each_fault_is_a_line(check):
 
 def test_a_label_map_is_read_by_its_codes_and_what_is_mended_is_said(script, tmp_path):
     """A slab of one voxel, thinner than half an element, in codes of a table."""
-    grid = grid_around(np.zeros(3), np.full(3, 60.0), 5.0)
+    grid = grid_around(np.zeros(3), np.full(3, 40.0), 5.0)
     values = np.zeros(grid.shape, np.uint8)
     values[:, 5], values[:, 6:] = 9, 7
     write_labels(LabelMap(grid, values), tmp_path / "l.nii.gz")
@@ -194,4 +194,4 @@ def test_a_label_map_is_read_by_its_codes_and_what_is_mended_is_said(script, tmp
     taken = script("check_input").taken_by(settings, {"breast": 12.0, "chest": 16.0})
     labels, notes = taken(read_label_map(tmp_path / "l.nii.gz"))
     assert np.unique(labels.values).tolist() == [Label.AIR, Label.ADIPOSE, Label.THORAX]
-    assert notes[-1] == f"{60 * 60 * 5 / 1000:.0f} cm3 are thinner than half an element"
+    assert notes[-1] == f"{40 * 40 * 5 / 1000:.0f} cm3 are thinner than half an element"
