@@ -103,7 +103,9 @@ def test_a_file_that_cannot_be_read_and_one_that_can_stand_on_one_page(page, fil
     assert "data:image/png" in text, "her labels"
 
 
-def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(page, files, monkeypatch):
+def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(
+    page, files, monkeypatch, caplog
+):
     def broken(*args, **more):
         raise KeyError("prone")
 
@@ -111,6 +113,7 @@ def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(pa
     text, (why,) = page({"labels": files.folder / "labels.nii.gz"})
     assert why == "prone: a fault of the program, KeyError: 'prone'"
     assert "a fault of the program" in text
+    assert "in broken" in caplog.text, "the log tells where"
 
 
 def test_a_reason_to_stop_is_told_also_while_other_scans_wait(page, tmp_path):
