@@ -213,6 +213,24 @@ def test_where_fat_and_gland_share_a_code_the_stated_share_of_each_breast_is_gla
     assert (found.labels.values == M).sum() == (breasts().codes == M).sum()
 
 
+def test_the_stated_share_is_of_each_breast_however_unlike_they_are():
+    x, y, z = where(breasts())
+    r = np.sqrt(((np.abs(x) - 60) / 44) ** 2 + (y / 60) ** 2 + (z / 44) ** 2)
+    small = changed((x > 0) & (y < 0) & (r > 0.6), A)
+    found = taken(published(small), "pelicano_simple", 30.0)
+    for half in (x < 0, x > 0):
+        breast = half & (y < 0) & np.isin(small.codes, (F, G))
+        gland = half & (found.labels.values == G)
+        assert gland.sum() / breast.sum() == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_marker_inside_the_breast_is_a_code_of_something_else():
+    x, y, z = where(breasts())
+    ball = (x - 60) ** 2 + (y + 20) ** 2 + z**2 < 100
+    with pytest.raises(ImageError, match=r"marker lies inside the breast only, where none is; if the codes"):
+        taken(changed(ball, int(Label.MARKER)))
+
+
 def test_a_breast_around_labelled_gland_is_fat():
     """Segments of a whole breast and of its dense tissue."""
     coded = breasts()
