@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from mammosim.chain import images
+from mammosim.chain.given_labels import LabelSettings, Prepared
 from mammosim.chain.graph import Chain
 from mammosim.chain.stages import STAGES
 from mammosim.chain.subject import Subject
@@ -102,9 +103,27 @@ def test_tissues_are_learnt_only_from_strokes_that_are_given(called):
     assert called["strokes"] is None
 
 
+def test_given_labels_are_taken_as_the_settings_say_and_what_is_mended_is_logged(monkeypatch, caplog):
+    asked = []
+
+    def prepared(coded, settings):
+        asked.append((coded, settings))
+        return Prepared("labels", ("a hole is filled", "no skin is labelled"))
+
+    monkeypatch.setattr(images, "prepared", prepared)
+    subject = Subject("left", "0 -1 0", (1,), has=("labels",))
+    settings = SETTINGS | {"labels": {"glandularity_percent": 33.0, "codes": "mine.tsv"}}
+    with caplog.at_level("INFO"):
+        found = Chain(subject, settings, frozenset(), STAGES).given({"given_labels": "coded"})["labels"]
+    assert found == "labels"
+    assert asked == [("coded", LabelSettings(33.0, "mine.tsv"))]
+    assert caplog.messages[:2] == ["a hole is filled", "no skin is labelled"]
+
+
 def test_the_reference_position_is_not_moved(called):
     breast = _chain(moves=False)["breast"]
     assert breast.to_reference is IDENTITY
+    assert _chain(moves=False)["registration"].motion is IDENTITY
     assert "registration" not in called
 
 
