@@ -63,10 +63,12 @@ def test_one_woman_who_is_rejected_hides_no_other_and_nothing_is_computed(women,
     assert result.returncode != 0
     lines = result.stdout.splitlines()
     assert "ada: her data can be used; see results/checked/ada.html" in lines
-    assert any(line.startswith("bea: prone: bea.nii.gz: unknown labels 50") for line in lines)
+    assert any(
+        line.startswith("bea: prone: bea.nii.gz: mammosim has no tissue for code 50") for line in lines
+    )
     assert "the data of bea cannot be used (1 of 2 volunteers)" in "\n".join(lines[-20:])
     pages = {name: (tmp_path / f"results/checked/{name}.html").read_text() for name in ("ada", "bea")}
-    assert "unknown labels 50" in pages["bea"]
+    assert "has no tissue for code 50" in pages["bea"]
     assert all("data:image/png" in page for page in pages.values())
     done = {path.parent.name for path in (tmp_path / "results/benchmarks").glob("*/*.tsv")}
     assert done == {"check_page"}

@@ -44,7 +44,7 @@ def read_fiducials(path: str | Path) -> Fiducials:
         raise FiducialError(f"no fiducial list {path}; mark the points, or correct the path")
     require_there(path)
     for ending, read in {".mrk.json": _markups, ".fcsv": _fcsv, ".csv": _from_table}.items():
-        if path.name.endswith(ending):
+        if path.name.lower().endswith(ending):
             return _whole(read(path), path)
     raise FiducialError(f"{path}: unknown format {path.suffix!r}; choose one of: .csv, .fcsv, .mrk.json")
 
@@ -67,7 +67,7 @@ def write_fiducials(fiducials: Fiducials, path: str | Path) -> None:
 def _whole(found: Fiducials, path: Path) -> Fiducials:
     """The same. Raises FiducialError where lines end early, and so does the list."""
     absent = [name for name in NAMES if name not in found.names]
-    if absent and path.suffix != ".json" and not ends_whole(path):
+    if absent and path.suffix.lower() != ".json" and not ends_whole(path):
         raise FiducialError(
             f"{path}: its last line has no end, and {', '.join(absent)} are missing: was it cut off? copy it "
             "again, or end the last line if nothing more was marked"

@@ -40,6 +40,7 @@ META_BYTES = {
 # ASSUME: programs pad what they do not pack by less than a hundredth.
 PADDING = 0.01
 META_MATRIX = ("transformmatrix", "rotation", "orientation")
+META_OFFSET = ("offset", "position", "origin")
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,20 @@ def require_whole_metaimage(path: Path) -> None:
         raise ImageError(
             f"{path} states no orientation: it has no TransformMatrix; save it with 3D Slicer or ITK"
         )
+    _require_offset(header, len(counts), path)
     if len(counts) == len(spacing) == 3 and len(matrix.split()) == 9:
         require_rigid(np.array(matrix.split(), float).reshape(3, 3).T * spacing, counts, path)
+
+
+def _require_offset(header: Mapping[str, str], n: int, path: Path) -> None:
+    """Raise ImageError where the place of the first voxel is not n finite numbers: ITK takes 0 0 0 then."""
+    for name in META_OFFSET:
+        try:
+            numbers = np.array(header.get(name, n * "0 ").split(), float)
+        except ValueError:
+            numbers = np.zeros(0)
+        if len(numbers) != n or not np.isfinite(numbers).all():
+            raise ImageError(f"{path}: {name.title()} must be {n} finite numbers; export the image again")
 
 
 def _meta_header(path: Path) -> tuple[dict[str, str], int]:

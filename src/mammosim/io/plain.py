@@ -17,7 +17,7 @@ def read_plain(path: str | Path) -> list[dict[str, str]]:
     Raises ConfigurationError where there is no such file, no text in it, a column stands twice, or a row has
     more or fewer cells than there are columns.
     """
-    separator = "," if Path(path).suffix == ".csv" else "\t"
+    separator = "," if Path(path).suffix.lower() == ".csv" else "\t"
     try:
         return _rows(path, separator)
     except OSError as error:

@@ -41,7 +41,7 @@ def read_strokes(path: str | Path) -> pd.DataFrame:
     if not path.is_file():
         raise SegmentationError(f"no strokes {path}; paint some, or correct the path")
     require_there(path)
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return _from_table(path)
     if path.name.lower().endswith(MAPS):
         return _from_map(path)

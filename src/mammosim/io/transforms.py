@@ -30,7 +30,8 @@ def read_transform(path: str | Path) -> RigidTransform:
     try:
         return rigid_of(_whole(sitk.ReadTransform(str(path)), Path(path))).inverse()
     except (RuntimeError, ValueError) as error:
-        raise ImageError(f"{path} holds no rigid transform; give one rotation and shift ({error})") from error
+        why = " ".join(str(error).split())
+        raise ImageError(f"{path} holds no rigid transform; give one rotation and shift ({why})") from error
 
 
 def write_transform(transform: RigidTransform, path: str | Path) -> None:

@@ -97,6 +97,12 @@ def test_without_markers_the_rib_cages_are_registered_and_all_positions_are_used
     assert found(partly)["registration"] == found(partly)["sweep"] == ""
 
 
+def test_a_sweep_needs_the_nipples_of_the_reference(found):
+    partly = replace(ADA, given=ADA.given | {"supine": SERIES - {"fiducials"}})
+    assert found(partly)["sweep"] == "no nipples are given for ada supine"
+    assert found(replace(ADA, given=ADA.given | {"prone": SERIES - {"fiducials"}}))["sweep"] == ""
+
+
 def test_without_an_image_of_each_position_nothing_is_registered(found):
     partly = replace(ADA, given=ADA.given | {"supine": frozenset({"labels", "fiducials"})})
     given = found(partly)

@@ -1,12 +1,14 @@
 """Where the midline of a measured body is, whose frame may begin anywhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mammosim.chain.breast import Breast
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
-from mammosim.core.rigid import IDENTITY
+from mammosim.core.rigid import IDENTITY, RigidTransform
 from mammosim.core.volume import LabelMap, grid_around
 
 
@@ -36,3 +38,11 @@ def breast(side: str, first: float, last: float, **nipples_x: float) -> Breast:
 )
 def test_the_midline_is_between_two_breasts_unless_the_frame_begins_near_it(midline, given):
     assert given.midline_mm == midline
+
+
+def test_the_midline_is_of_the_common_frame():
+    moved = replace(
+        breast("left", left=60.0, right=-60.0),
+        to_reference=RigidTransform(np.eye(3), np.array([100.0, 0, 0])),
+    )
+    assert moved.midline_mm == 100.0

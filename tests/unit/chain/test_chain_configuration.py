@@ -418,6 +418,26 @@ def test_each_row_has_images_of_its_own():
         check_volunteers(rows, file="volunteers.tsv")
 
 
+@pytest.mark.parametrize("given", [("folder", "folder/"), ("folder/", "folder")])
+def test_a_folder_is_the_same_with_a_stroke_behind_it(given):
+    rows = [row | {"images": path} for row, path in zip(table(), given)]
+    with pytest.raises(ConfigurationError, match="images 'folder' are given for a prone and a supine"):
+        check_volunteers(rows, file="volunteers.tsv")
+
+
+def test_each_row_has_labels_of_its_own():
+    rows = [row | {"images": "", "labels": "map.nii.gz"} for row in table()]
+    with pytest.raises(ConfigurationError, match=r"labels 'map\.nii\.gz' are given for a prone and a supine"):
+        check_volunteers(rows, file="volunteers.tsv")
+
+
+@pytest.mark.parametrize("kind", ["images", "labels", "strokes", "fiducials"])
+def test_every_path_of_a_row_must_be_there(kind):
+    rows = [row | {"labels": f"map_{row['position']}"} for row in table()]
+    with pytest.raises(ConfigurationError, match=f"a', prone: {kind} 'none': is not there; correct the path"):
+        check_volunteers([rows[0] | {kind: "none"}, rows[1]], file="t.tsv", there=lambda path: path != "none")
+
+
 def test_a_volunteer_of_ones_own_has_no_name_of_a_digital_one():
     with pytest.raises(ConfigurationError, match=r"'a' is the name of a digital volunteer, .* another name"):
         check_volunteers(table(), file="volunteers.tsv", digital=["a"])

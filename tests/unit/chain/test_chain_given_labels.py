@@ -9,7 +9,7 @@ from mammosim.chain.given_labels import LabelSettings, Prepared, prepared
 from mammosim.chain.label_geometry import filled_in
 from mammosim.core.errors import ImageError
 from mammosim.core.labels import DEFORMABLE, Label
-from mammosim.core.volume import LabelMap, grid_around
+from mammosim.core.volume import Grid, LabelMap, grid_around
 from mammosim.io.label_maps import CodedMap
 from mammosim.meshing.body import ElementSize, mesh_body, thin_volume
 from mammosim.meshing.quality import quality
@@ -150,6 +150,22 @@ def test_a_breast_on_the_front_border_is_cut_off_and_one_beside_it_is_doubted():
         taken(cut)
 
 
+@pytest.mark.parametrize(("n", "cut"), [(8, False), (9, True)])
+def test_more_than_50_mm2_of_tissue_on_the_front_border_is_a_breast_that_is_cut_off(n, cut):
+    """Of voxels of 2 x 3 mm, 5 mm deep."""
+    grid = Grid((12, 10, 14), np.array([2.0, 5.0, 3.0]), np.zeros(3))
+    codes = np.full(grid.shape, F, np.int32)
+    codes[:, 7:] = T
+    codes[:, 0] = A
+    codes[5, 0, :n] = F
+    coded = CodedMap(grid, codes, "mine.nii")
+    if not cut:
+        assert (taken(coded).labels.values[5, 0, :n] == F).all()
+        return
+    with pytest.raises(ImageError, match=r"cut off at the front border, where 54 mm2 of tissue touch it"):
+        taken(coded)
+
+
 def test_lesions_are_gland_and_what_is_to_be_ignored_is_as_its_neighbour(tmp_path):
     x, y, z = where(breasts())
     ball = (x - 60) ** 2 + (y + 14) ** 2 + z**2 < 64  # inside the gland
@@ -195,6 +211,26 @@ def test_where_fat_and_gland_share_a_code_the_stated_share_of_each_breast_is_gla
         "fat and gland share a code: the innermost 30 % of each breast" in note for note in found.notes
     )
     assert (found.labels.values == M).sum() == (breasts().codes == M).sum()
+
+
+def test_the_stated_share_is_of_each_breast_however_unlike_they_are():
+    x, y, z = where(breasts())
+    r = np.sqrt(((np.abs(x) - 60) / 44) ** 2 + (y / 60) ** 2 + (z / 44) ** 2)
+    small = changed((x > 0) & (y < 0) & (r > 0.6), A)
+    found = taken(published(small), "pelicano_simple", 30.0)
+    for half in (x < 0, x > 0):
+        breast = half & (y < 0) & np.isin(small.codes, (F, G))
+        gland = half & (found.labels.values == G)
+        assert gland.sum() / breast.sum() == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_marker_inside_the_breast_is_a_code_of_something_else():
+    x, y, z = where(breasts())
+    ball = (x - 60) ** 2 + (y + 20) ** 2 + z**2 < 100
+    with pytest.raises(
+        ImageError, match=r"marker lies inside the breast, where there is none; correct it; if the codes"
+    ):
+        taken(changed(ball, int(Label.MARKER)))
 
 
 def test_a_breast_around_labelled_gland_is_fat():

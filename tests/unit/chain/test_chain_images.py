@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from mammosim.chain import images
+from mammosim.chain.given_labels import LabelSettings, Prepared
 from mammosim.chain.graph import Chain
 from mammosim.chain.stages import STAGES
 from mammosim.chain.subject import Subject
@@ -38,10 +39,11 @@ def called(monkeypatch):
     def register(fixed, moving, fixed_markers, moving_markers, *, settings):
         found["registration"] = settings
         found["fixed"], found["moving"] = fixed, moving
+        found["markers"] = fixed_markers.tolist(), moving_markers.tolist()
         return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
 
     def unmarked(fixed, moving, *, settings):
-        found["unmarked"] = settings
+        found["unmarked"], found["fixed"], found["moving"] = settings, fixed, moving
         return SimpleNamespace(refined=QUARTER, table=pd.DataFrame())
 
     def segment(image, strokes, *, settings):
@@ -72,6 +74,27 @@ def test_settings_reach_registration_and_segmentation(called):
     np.testing.assert_allclose(breast.gravity, [1, 0, 0], atol=1e-12)
 
 
+def test_markers_of_the_reference_stay_and_those_of_the_position_are_moved(called):
+    here, there = (Fiducials(("chest_1",), ("chest",), np.array([[x, 2.0, 3.0]])) for x in (1.0, 4.0))
+    chain = _chain().given({"fiducials": here, "reference_fiducials": there})
+    np.testing.assert_allclose(chain["moved_fiducials"].points, [[-2, 1, 3]], atol=1e-12)
+    assert called["markers"] == ([[4, 2, 3]], [[1, 2, 3]])
+
+
+@pytest.mark.parametrize(("how", "image"), [("found", IMAGE), ("listed", None)])
+@pytest.mark.parametrize("beside", [True, False])
+def test_chest_markers_are_as_asked_for_where_positions_are_brought_together(monkeypatch, how, image, beside):
+    listed, worn = Fiducials(("chest_1",), ("chest",), np.zeros((1, 3))), []
+    monkeypatch.setattr(images, "worn_on_chest", lambda *given: worn.append(given) or listed)
+    subject = Subject(
+        "left", "0 -1 0", (1,), has=("images", "fiducials", *(("reference",) if beside else ()))
+    )
+    settings = SETTINGS | {"registration": SETTINGS["registration"] | {"chest_markers": how}}
+    chain = Chain(subject, settings, frozenset(), STAGES).given({"scan": IMAGE, "listed": listed})
+    assert chain["fiducials"] is listed
+    assert worn == ([(listed, image)] if beside else [])
+
+
 def test_tissues_are_learnt_only_from_strokes_that_are_given(called):
     _chain().make("labels").required()
     assert isinstance(called["strokes"], pd.DataFrame)
@@ -80,9 +103,27 @@ def test_tissues_are_learnt_only_from_strokes_that_are_given(called):
     assert called["strokes"] is None
 
 
+def test_given_labels_are_taken_as_the_settings_say_and_what_is_mended_is_logged(monkeypatch, caplog):
+    asked = []
+
+    def prepared(coded, settings):
+        asked.append((coded, settings))
+        return Prepared("labels", ("a hole is filled", "no skin is labelled"))
+
+    monkeypatch.setattr(images, "prepared", prepared)
+    subject = Subject("left", "0 -1 0", (1,), has=("labels",))
+    settings = SETTINGS | {"labels": {"glandularity_percent": 33.0, "codes": "mine.tsv"}}
+    with caplog.at_level("INFO"):
+        found = Chain(subject, settings, frozenset(), STAGES).given({"given_labels": "coded"})["labels"]
+    assert found == "labels"
+    assert asked == [("coded", LabelSettings(33.0, "mine.tsv"))]
+    assert caplog.messages[:2] == ["a hole is filled", "no skin is labelled"]
+
+
 def test_the_reference_position_is_not_moved(called):
     breast = _chain(moves=False)["breast"]
     assert breast.to_reference is IDENTITY
+    assert _chain(moves=False)["registration"].motion is IDENTITY
     assert "registration" not in called
 
 
@@ -92,6 +133,7 @@ def test_without_chest_markers_in_both_positions_the_rib_cage_is_registered(call
     breast = _chain().given({unmarked: nipple})["breast"]
     assert called["unmarked"] == registration.Settings(2.0, (3.0, 0.0), 7, 500)
     assert "registration" not in called
+    assert (called["fixed"], called["moving"]) == (REFERENCE, IMAGE), "into the frame of the reference"
     np.testing.assert_allclose(breast.gravity, [1, 0, 0], atol=1e-12)
 
 

@@ -62,6 +62,8 @@ def test_a_lone_breast_has_one_nipple_on_its_side_and_is_cut_as_both_are(labels,
     z, wide = NIPPLES[side][2], RADIUS * 5 / 6 + 20
     assert (low[2], high[2]) == pytest.approx((z - wide, z + wide), abs=1.5 * H)
     assert -20 < low[1] == high[1] <= H, "the skin at its edge"
+    inward = -1 if side == "left" else 1
+    assert low[0] == high[0] == pytest.approx(NIPPLES[side][0] + inward * 45, abs=1.5 * H), "medial"
 
 
 def test_a_body_with_one_breast_has_one_nipple(labels):
@@ -82,6 +84,15 @@ def test_markers_on_the_skin_are_no_part_of_the_body(labels):
     values = labels.values.copy()
     values[tuple(np.rint(labels.grid.indices(np.array([[40.0, -70.0, 50.0]]))[0]).astype(int))] = Label.MARKER
     assert nipples(replace(labels, values=values)).points.tolist() == nipples(labels).points.tolist()
+
+
+def test_the_depth_of_the_chest_is_where_its_midline_is_foremost(labels):
+    """As of four markers, of which the foremost decides."""
+    x, y, z = np.moveaxis(labels.grid.centres().reshape(*labels.grid.shape, 3), -1, 0)
+    ridge = (np.abs(x - 5) < 16) & (y > -20) & (z > 20) & (labels.values == Label.AIR)
+    higher = replace(labels, values=np.where(ridge & (y < 0), np.uint8(Label.ADIPOSE), labels.values))
+    low, high = chest_limits(higher, nipples(labels))
+    assert low[1] == high[1] == pytest.approx(-20, abs=H)
 
 
 def test_the_chest_is_cut_beyond_the_slices_in_which_a_breast_stands_out(labels):

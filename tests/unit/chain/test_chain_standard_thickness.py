@@ -39,6 +39,13 @@ def test_labels_are_as_deep_as_from_the_nipple_to_the_first_voxel_of_the_ribs():
     assert np.isnan(depth_in(labels, np.array([400.0, -57.5, 0.0])))
 
 
+def test_one_rib_in_front_of_the_others_does_not_make_labels_less_deep():
+    labels = tiny_labels()
+    (k, j, i) = np.rint(labels.grid.indices(np.array([[70.0, 2.5, 0.0]]))[0]).astype(int)
+    labels.values[k, j, i] = Label.THORAX
+    assert depth_in(labels, np.array([70.0, -57.5, 0.0])) == pytest.approx(57.5 + 17.5)
+
+
 @pytest.mark.parametrize(("share", "depth"), [(0.3, 60.0), (0.9, 140.0)])
 def test_a_choice_that_no_paddle_makes_is_rejected_with_the_key_to_state(block, share, depth):
     nipple = np.array([15.0, 30.0 - depth, 15.0])

@@ -69,6 +69,26 @@ def test_an_image_that_stands_on_its_head_is_found_by_its_points(marked, render)
         require_plausible(marked, flipped)
 
 
+def test_an_image_that_is_the_wrong_way_round_is_found_by_its_points(marked, chest):
+    flipped = Image(chest.image.grid, chest.image.values[:, ::-1].copy())
+    with pytest.raises(
+        FiducialError, match=r"mirrored front to back, \d+ of 10 lie on it: .* wrong way round"
+    ):
+        require_plausible(marked, flipped)
+
+
+def test_a_list_that_is_mirrored_is_found_in_an_image_that_reaches_farther_on_one_side(marked, render):
+    chest = render(4.0, low=(-164, -100, -90), high=(244, 70, 90))
+    mirrored = changed(marked, lambda p: [80, 0, 0] + p * [-1, 1, 1])
+    with pytest.raises(FiducialError, match=r"mirrored left to right, 10 of 10 lie on it: .* mirrored"):
+        require_plausible(mirrored, chest.image)
+
+
+def test_points_that_are_near_each_other_are_two(chest, marked):
+    beside = marked.point("breast_1") + [3.0, 0, 0]
+    require_plausible(changed(marked, breast_2=beside), chest.image)
+
+
 def test_one_point_in_the_air_under_the_skin_or_outside_is_named(chest, marked):
     for place, words in (
         ((65, -95, 0), r"nipple_left is \d+ mm from the skin, in the air; .* mark anew in this image"),
@@ -94,6 +114,13 @@ def test_a_point_at_zero_that_is_not_on_the_skin_was_never_placed(chest, marked)
     require_plausible(moved, image)
     with pytest.raises(FiducialError, match=r"breast_1 .* at 0 0 0: was it placed"):
         require_plausible(changed(moved, breast_1=(0, 0, 0)), image)
+
+
+def test_a_point_at_zero_may_lie_on_the_skin(chest, marked):
+    nearest = marked.points[np.argmin(np.abs(Skin.of(chest.image).at(marked.points)))]
+    grid = chest.image.grid
+    image = Image(type(grid)(grid.shape, grid.spacing, grid.origin - nearest), chest.image.values)
+    require_plausible(changed(marked, lambda p: p - nearest), image)
 
 
 def test_two_names_do_not_stand_for_one_place(chest, marked):

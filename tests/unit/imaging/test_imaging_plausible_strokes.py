@@ -80,6 +80,14 @@ def test_tissue_that_is_painted_in_the_air_is_named_with_its_first_row(chest, st
     require_painted(in_air, chest.image)  # a slip of the hand
 
 
+def test_a_slip_of_the_hand_in_one_tissue_hides_nothing_of_another(chest, strokes):
+    in_air = strokes.copy()
+    for tissue, n in (("adipose", 2), ("muscle", 20)):
+        in_air.loc[strokes.index[strokes.tissue == tissue][:n], AXES] = [-140.0, -80.0, 10.0]
+    with pytest.raises(SegmentationError, match="20 of 20 points of muscle are as dark as air"):
+        require_painted(in_air.sort_values("tissue", ignore_index=True), chest.image)
+
+
 def test_too_few_points_of_a_tissue_are_named(chest, strokes):
     few = strokes[(strokes.tissue != "muscle") | (strokes.groupby("tissue").cumcount() < 2)]
     with pytest.raises(SegmentationError, match=r"^fewer than 3 points of muscle; paint some"):

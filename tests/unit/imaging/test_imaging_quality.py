@@ -130,6 +130,19 @@ def test_breasts_that_do_not_hang_or_lie_as_claimed_are_rejected(stands_out_mm, 
     assert image_quality(image, position=position)["position_seen"] == other
 
 
+def test_margins_and_protrusions_are_of_her_own_sides() -> None:
+    """A left breast alone, x growing to the left, in an image that ends nearer to her right side."""
+    row = image_quality(body(stands_out_mm=60, breasts=(85.0,), low=-168), position="prone")
+    assert row["protrusion_left_mm"] > 40 > 8 > row["protrusion_right_mm"]
+    assert row["margin_right_mm"] == pytest.approx(8, abs=4)
+    assert row["margin_left_mm"] == pytest.approx(20, abs=4)
+
+
+def test_a_tilted_supine_woman_is_judged_as_a_supine_one() -> None:
+    with pytest.raises(ImageError, match="it looks prone, not supine_tilted"):
+        judge(body(stands_out_mm=90), "supine_tilted")
+
+
 def test_where_it_cannot_be_seen_how_she_lay_the_claim_is_believed_and_said(caplog) -> None:
     caplog.set_level("INFO")
     image = body(stands_out_mm=48)

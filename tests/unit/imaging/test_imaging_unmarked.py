@@ -174,3 +174,22 @@ def test_parts_step_to_where_the_images_match(chest, render):
         transform_error(m, NEAR.inverse(), chest.chest)["max_mm"] for m in (IDENTITY, parts.step)
     )
     assert after < before / 3
+
+
+def test_of_parts_that_weigh_alike_the_covariance_is_that_of_their_mean():
+    """The jackknife of a mean is s^2 / n; what is not yet stepped comes on top."""
+    found = np.random.default_rng(5).normal(0.3, 1.0, (8, 6)) * ([1.0] * 3 + [0.01] * 3)
+    A = np.diag([1.0] * 3 + [1e4] * 3)
+    parts = PartsOfChest(np.tile(A, (8, 1, 1)), found @ A, np.array([5.0, -60.0, 20.0]), 1.0)
+    mean = found.mean(axis=0)
+    np.testing.assert_allclose(parts.theta, mean)
+    np.testing.assert_allclose(parts.certainty.covariance, np.cov(found.T) / 8 + np.outer(mean, mean))
+    np.testing.assert_allclose(parts.step(parts.middle[None])[0], parts.middle + mean[:3])
+
+
+def test_an_error_of_shift_and_turn_together_is_that_of_the_motion_at_a_point():
+    u, w, middle = np.array([1.0, 0.5, -0.2]), np.array([0.02, -0.01, 0.03]), np.array([5.0, -60.0, 20.0])
+    sure = Certainty(np.outer([*u, *w], [*u, *w]), middle, 8)
+    r = np.random.default_rng(6).normal(0, 50, (5, 3))
+    share = sure.at(middle[None])[0] / np.linalg.norm(u)
+    np.testing.assert_allclose(sure.at(middle + r), share * np.linalg.norm(u + np.cross(w, r), axis=1))

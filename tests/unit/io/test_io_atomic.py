@@ -106,6 +106,17 @@ def test_what_a_killed_job_left_is_removed_by_the_next_writer(tmp_path, name):
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted(["another.vtu", name])
 
 
+def test_a_number_of_a_process_says_nothing_on_another_machine(tmp_path, monkeypatch):
+    path = tmp_path / "a.vtu"
+    job = multiprocessing.get_context("fork").Process(target=_killed, args=(path,))
+    job.start()
+    job.join()
+    (half,) = tmp_path.iterdir()
+    monkeypatch.setattr(atomic, "_machine", lambda: "elsewhere")
+    WRITERS["a.vtu"](path)
+    assert half.exists(), "it may be written there still"
+
+
 def test_what_another_job_is_writing_stays(tmp_path):
     path = tmp_path / "a.vtu"
     with replacing(path) as first:

@@ -92,6 +92,30 @@ def test_slices_of_philips_are_on_one_scale(tmp_path: Path) -> None:
     assert "private scale of Philips" in series.notes[0]
 
 
+def test_without_the_scale_of_every_slice_philips_is_as_others(tmp_path: Path) -> None:
+    def philips(k: int, dataset: Dataset) -> None:
+        dataset.RescaleSlope = str(1 + k)
+        if k != 2:
+            dataset.private_block(0x2005, "Philips MR Imaging DD 001", create=True).add_new(0x0E, "FL", 2.0)
+
+    series = read_series(write(tmp_path, philips))
+    np.testing.assert_allclose(series.image.values, VALUES * (np.arange(6)[:, None, None] + 1.0))
+    assert series.notes == ("RescaleSlope is 1 to 6: each slice has a scale of its own",)
+
+
+def test_a_slice_off_its_place_moves_the_grid_to_the_middle_of_all(tmp_path: Path) -> None:
+    def off(k: int, dataset: Dataset) -> None:
+        dataset.ImagePositionPatient = place(k - 0.03 * (k == 0))
+
+    grid = read_series(write(tmp_path, off)).image.grid
+    assert not np.allclose(grid.origin, place(0), atol=1e-3)
+    normal = GRID.direction[:, 2]
+    beyond = [
+        (grid.points(np.array([[k, 0.0, 0.0]]))[0] - place(k - 0.03 * (k == 0))) @ normal for k in range(6)
+    ]
+    assert np.mean(beyond) == pytest.approx(0, abs=1e-5)
+
+
 def test_other_slopes_that_differ_are_told(tmp_path: Path) -> None:
     def slope(k: int, dataset: Dataset) -> None:
         dataset.RescaleSlope = str(1 + k)

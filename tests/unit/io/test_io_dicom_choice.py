@@ -188,3 +188,62 @@ def test_a_localiser_of_the_same_series_is_named(tmp_path: Path) -> None:
     save(other, tmp_path / "scout.dcm")
     with pytest.raises(ImageError, match=r"scout\.dcm: its ImageOrientationPatient .*take out localizers"):
         read_series(tmp_path)
+
+
+def test_a_phase_whose_slices_are_numbered_between_those_of_another_is_whole(tmp_path: Path) -> None:
+    for n in (1, 2):
+        write(
+            tmp_path / str(n),
+            _phase(n, EchoTime=n, InstanceNumber=lambda k, n=n: 2 * k + n, SliceThickness=1.0),
+        )
+    assert [_scale(tmp_path, f"phase {n}") for n in (1, 2)] == [1, 2]
+
+
+def test_a_name_that_is_a_word_of_the_technique_is_not_shown(tmp_path: Path) -> None:
+    folder = _two(tmp_path)
+    write(
+        folder / "t3", lambda k, d: (_series(4, "T1 sag prone")(k, d), setattr(d, "PatientName", "Sag^Mavis"))
+    )  # type: ignore[func-returns-value]
+    with pytest.raises(ImageError, match=r"mm, T1, PRONE; 12: MR"):
+        read_series(folder)
+
+
+def test_a_description_may_end_as_a_phase_does(tmp_path: Path) -> None:
+    for n in (1, 2):
+        write(tmp_path / str(n), _series(n, f"dyn phase {n}", n))
+    assert [_scale(tmp_path, f"dyn phase {n}") for n in (1, 2)] == [1, 2]
+
+
+def _colour(k: int, dataset: Dataset) -> None:
+    _series(97, "fused")(k, dataset)
+    dataset.SamplesPerPixel, dataset.PhotometricInterpretation, dataset.PlanarConfiguration = 3, "RGB", 0
+    dataset.PixelData = np.repeat(VALUES[k], 3).tobytes()
+
+
+def test_colour_pictures_beside_a_series_are_left_out(tmp_path: Path) -> None:
+    write(tmp_path / "a")
+    write(tmp_path / "b", _colour)
+    series = read_series(tmp_path)
+    np.testing.assert_array_equal(series.image.values, VALUES)
+    assert series.notes[0].startswith("colour pictures left out (97: MR, 6 slices")
+
+
+def _clock(n: int) -> Change:
+    return _phase(n, ContentTime=lambda k: f"10{14 + n}{k:02d}")
+
+
+def test_times_tell_no_phases_apart_where_a_slice_is_lost(tmp_path: Path) -> None:
+    """A later slice would take the place of the lost one."""
+    write(tmp_path / "1", _clock(1), slices=(0, 1, 2, 4, 5))
+    write(tmp_path / "2", _clock(2))
+    for name in ("", "phase 1", "phase 2"):
+        with pytest.raises(ImageError):
+            read_series(tmp_path, series=name)
+
+
+def test_a_tag_that_differs_from_slice_to_slice_tells_no_phases_apart(tmp_path: Path) -> None:
+    for n in (1, 2):
+        write(tmp_path / str(n), _phase(n, AcquisitionNumber=lambda k: k + 1, EchoTime=n))
+    with pytest.raises(ImageError, match="holds 2 volumes of 6 slices, told apart by EchoTime"):
+        read_series(tmp_path)
+    assert [_scale(tmp_path, f"phase {n}") for n in (1, 2)] == [1, 2]

@@ -12,9 +12,10 @@ from pydicom.pixels import pack_bits
 from pydicom.uid import UID
 
 from mammosim.core.errors import ImageError
+from mammosim.core.labels import Label
 from mammosim.io.dicom_files import dicom_files
 from mammosim.io.dicom_segmentation import holds_seg, read_seg
-from mammosim.io.label_maps import read_label_map
+from mammosim.io.label_maps import read_label_map, tissue_map
 
 STORAGE = UID("1.2.840.10008.5.1.4.1.1.66.4")
 BREAST = np.zeros(GRID.shape, bool)
@@ -56,7 +57,7 @@ def _fractional(dataset: Dataset, masks: Mapping[int, np.ndarray]) -> Dataset:
     dataset.BitsAllocated = dataset.BitsStored = 8
     dataset.HighBit = 7
     frames = [mask[k] for mask in masks.values() for k in range(len(mask)) if mask[k].any()]
-    dataset.PixelData = np.where(frames, 60, 40).astype(np.uint8).tobytes()
+    dataset.PixelData = np.where(frames, 50, 49).astype(np.uint8).tobytes()
     return dataset
 
 
@@ -79,6 +80,31 @@ def test_a_segment_within_another_is_kept(tmp_path: Path, order: tuple[int, int]
     assert np.all(labels[(BREAST & ~GLAND)[1:5]] == order[0])
 
 
+def test_frames_may_stand_in_any_order(tmp_path: Path) -> None:
+    """The first one of the file is not the first slice."""
+    grid, labels, _ = read_seg(save(_seg({2: GLAND, 1: BREAST & ~GLAND}), tmp_path / "a.dcm"))
+    np.testing.assert_array_equal(labels, ((BREAST & ~GLAND) + 2 * GLAND)[1:5])
+    np.testing.assert_allclose(grid.origin, place(1), atol=1e-5)
+
+
+def test_slices_thinner_than_their_distance_are_not_doubled(tmp_path: Path) -> None:
+    dataset = _seg({1: BREAST})
+    dataset.SharedFunctionalGroupsSequence[0].PixelMeasuresSequence[0].SliceThickness = 1.5
+    grid, labels, _ = read_seg(save(dataset, tmp_path / "a.dcm"))
+    np.testing.assert_array_equal(labels, BREAST[1:5])
+    assert grid.spacing[2] == pytest.approx(GRID.spacing[2], abs=1e-5)
+
+
+def test_names_of_segments_say_what_tissues_they_are(tmp_path: Path) -> None:
+    found = tissue_map(
+        read_label_map(
+            save(_seg({2: BREAST & ~GLAND, 1: GLAND}, {1: "fibroglandular", 2: "fat"}), tmp_path / "a.dcm")
+        )
+    )
+    assert np.all(found.values[GLAND[1:5]] == Label.GLANDULAR)
+    assert np.all(found.values[(BREAST & ~GLAND)[1:5]] == Label.ADIPOSE)
+
+
 def test_slices_that_no_segment_touches_are_empty(tmp_path: Path) -> None:
     mask = np.zeros(GRID.shape, bool)
     mask[[0, 1, 5]] = True
@@ -92,14 +118,23 @@ def test_fractions_are_inside_from_one_half(tmp_path: Path) -> None:
     np.testing.assert_array_equal(labels, BREAST[1:5])
 
 
-def test_a_label_map_of_segments_is_read(tmp_path: Path) -> None:
+def _label_map(stored: np.ndarray) -> Dataset:
     dataset = enhanced()
     dataset.SOPClassUID = dataset.file_meta.MediaStorageSOPClassUID = UID("1.2.840.10008.5.1.4.1.1.66.7")
     dataset.SegmentationType = "LABELMAP"
     dataset.SegmentSequence = [item(SegmentNumber=n, SegmentLabel=name) for n, name in NAMES.items()]
-    stored = (BREAST + GLAND.astype(np.uint16)).astype(np.uint16)
-    dataset.PixelData = stored.tobytes()
-    grid, labels, _ = read_seg(save(dataset, tmp_path / "a.dcm"))
+    dataset.PixelData = stored.astype(np.uint16).tobytes()
+    return dataset
+
+
+def test_a_label_map_with_a_number_that_it_does_not_name_is_rejected(tmp_path: Path) -> None:
+    with pytest.raises(ImageError, match=r"a\.dcm has frames of segment 3, which it does not name"):
+        read_seg(save(_label_map(BREAST + 2 * GLAND), tmp_path / "a.dcm"))
+
+
+def test_a_label_map_of_segments_is_read(tmp_path: Path) -> None:
+    stored = BREAST + GLAND.astype(np.uint16)
+    grid, labels, _ = read_seg(save(_label_map(stored), tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels, stored)
     assert grid.same_as(GRID)
 

@@ -187,3 +187,15 @@ def test_an_unknown_format_or_absent_list_is_rejected(tmp_path: Path) -> None:
         read_fiducials(tmp_path / "list.txt")
     with pytest.raises(FiducialError, match=r"no fiducial list .*absent\.csv"):
         read_fiducials(tmp_path / "absent.csv")
+
+
+@pytest.mark.parametrize("name", ["list.csv", "list.fcsv", "list.mrk.json"])
+def test_the_ending_of_a_file_may_be_in_capitals(tmp_path: Path, name: str) -> None:
+    write_fiducials(LIST, tmp_path / name)
+    (tmp_path / name).rename(tmp_path / name.upper())
+    np.testing.assert_array_equal(read_fiducials(tmp_path / name.upper()).points, LIST.points)
+
+
+def test_a_header_may_begin_with_a_number_sign(tmp_path: Path) -> None:
+    (tmp_path / "list.csv").write_text("# name,x_mm,y_mm,z_mm\nchest_1,1,2,3\n")
+    assert read_fiducials(tmp_path / "list.csv").point("chest_1").tolist() == [1, 2, 3]

@@ -190,6 +190,29 @@ def test_a_lesion_lies_over_the_gland_that_it_is_in_whatever_their_order(order):
     assert found.values[:, 0, 0].tolist() == [Label.AIR, Label.GLANDULAR, Label.LESION]
 
 
+def test_layers_are_turned_to_left_posterior_superior(tmp_path):
+    layers = np.zeros((*SHAPE, 2), np.uint8)
+    layers[0, 0, 0, 0] = layers[2, 3, 4, 1] = 1
+    about = {
+        **{"Segment0_Name": "Dense", "Segment0_LabelValue": "1", "Segment0_Layer": "0"},
+        **{"Segment1_Name": "Fat", "Segment1_LabelValue": "1", "Segment1_Layer": "1"},
+    }
+    volume = sitk.ReadImage(str(written(tmp_path / "l.seg.nrrd", layers, **about)))
+    volume.SetDirection(np.diag([-1.0, -1.0, 1.0]).ravel().tolist())  # right, anterior, superior
+    sitk.WriteImage(volume, str(tmp_path / "ras.seg.nrrd"))
+    codes = read_label_map(tmp_path / "ras.seg.nrrd").codes
+    assert (codes[0, -1, -1], codes[2, 0, 0], np.count_nonzero(codes)) == (1, 2, 2)
+
+
+def test_segments_in_an_archive_keep_their_names(tmp_path):
+    values = np.full(SHAPE, 7, np.uint8)
+    written(tmp_path / "l.seg.nrrd", values, Segment0_Name="Fat", Segment0_LabelValue="7")
+    with zipfile.ZipFile(tmp_path / "one.zip", "w") as archive:
+        archive.write(tmp_path / "l.seg.nrrd", "l.seg.nrrd")
+    (tmp_path / "one.zip").rename(tmp_path / "ONE.ZIP")
+    assert np.all(tissue_map(read_label_map(tmp_path / "ONE.ZIP")).values == Label.ADIPOSE)
+
+
 def test_names_of_a_file_that_no_voxel_has_are_not_asked_for():
     assert tissue_map(coded(0, 1, names={1: "Fat", 2: "Label 2"})).values.ravel()[1] == Label.ADIPOSE
 
@@ -297,3 +320,10 @@ def test_a_dataset_of_nnunet_explains_codes(tmp_path, labels):
     file.write_text(json.dumps({"labels": {"breast": [1, 2]}}))
     with pytest.raises(ConfigurationError, match=r"dataset\.json has no `labels` with a whole number each"):
         tissue_map(coded(0, 1), str(file))
+
+
+@pytest.mark.parametrize("name", ["codes.csv", "codes.tsv", "Codes.CSV"])
+def test_a_table_may_be_separated_by_commas_or_tabs(tmp_path, name):
+    table = tmp_path / name
+    table.write_text("code,tissue\n4,glandular\n".replace(",", "\t" if name.endswith("tsv") else ","))
+    assert np.all(tissue_map(coded(4), str(table)).values == Label.GLANDULAR)

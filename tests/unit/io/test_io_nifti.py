@@ -104,11 +104,21 @@ def test_voxels_are_where_and_what_itk_says(tmp_path, fields):
     np.testing.assert_allclose(image.values, sitk.GetArrayFromImage(volume), rtol=1e-6)
 
 
-def test_metres_and_micrometres_are_turned_into_millimetres(tmp_path):
-    for code, unit in ((1, 1000.0), (3, 1e-3)):
-        there = {"pixdim": (1, *np.divide(SPACING, unit), 1, 1, 1, 1), "srow": placed(AXES / unit)}
-        image = read(tmp_path, nifti(values(), units=(code,), **there))
-        np.testing.assert_allclose(image.grid.spacing, SPACING, rtol=1e-6)
+@pytest.mark.parametrize("code", [0, 1])
+@pytest.mark.parametrize(
+    ("units", "mm"), [(1, 1000.0), (3, 1e-3), (1 + 8, 1000.0), (3 + 16, 1e-3), (2 + 8, 1.0)]
+)
+def test_metres_and_micrometres_are_turned_into_millimetres(tmp_path, units, mm, code):
+    """Whatever the unit of time beside them; the origin is moved as the axes are, of qform and of sform."""
+    there = {
+        "pixdim": (1, *np.divide(SPACING, mm), 1, 1, 1, 1),
+        "sform": (code,),
+        "srow": placed(AXES / mm, tuple(np.divide([10.0, -20.0, 30.0], mm))),
+        "quaternion": (0, 0, 1, *np.divide([10.0, -20.0, 30.0], mm)),
+    }
+    image = read(tmp_path, nifti(values(), units=(units,), **there))
+    np.testing.assert_allclose(image.grid.spacing, SPACING, rtol=1e-6)
+    np.testing.assert_allclose(image.grid.origin, [-10, 20, 30], rtol=1e-5)
 
 
 def test_a_fourth_axis_of_one_entry_is_no_second_volume(tmp_path):

@@ -173,3 +173,9 @@ def test_what_is_no_stroke_file_is_rejected(tmp_path) -> None:
     with pytest.raises(ImageError, match=r"s\.nrrd states no orientation: it has no field 'space'") as caught:
         read_strokes(tmp_path / "s.nrrd")
     assert "\n" not in str(caught.value)
+
+
+def test_the_ending_of_a_table_may_be_in_capitals(tmp_path: Path) -> None:
+    write_table(expected(), tmp_path / "s.csv")
+    (tmp_path / "s.csv").rename(tmp_path / "S.CSV")
+    pd.testing.assert_frame_equal(read_strokes(tmp_path / "S.CSV"), expected())

@@ -23,6 +23,12 @@ def test_a_missing_number_reads_back_as_missing(tmp_path: Path) -> None:
     assert read_table(tmp_path / "t.csv")["thickness_mm"].isna().tolist() == [False, True]
 
 
+def test_a_name_of_digits_reads_back_as_text(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"volunteer": ["007", "12"], "side": ["left", "right"], "n": [7, 12]})
+    write_table(frame, tmp_path / "t.csv")
+    pd.testing.assert_frame_equal(read_table(tmp_path / "t.csv"), frame)
+
+
 def test_values_read_back_in_the_order_written(tmp_path: Path) -> None:
     values = {"b": [1, 2.5], "a": {"x": 0.1 + 0.2, "text": "µ"}}
     write_json(values, tmp_path / "v.json")

@@ -54,6 +54,17 @@ def test_a_stretch_is_no_rigid_motion(tmp_path: Path) -> None:
         read_transform(tmp_path / "stretch.tfm")
 
 
+def test_a_motion_that_bends_is_no_rigid_one(tmp_path: Path) -> None:
+    """Where its control points are, it may look like the identity."""
+    bent = sitk.BSplineTransform(3)
+    bent.SetTransformDomainOrigin((-50.0, -50.0, -50.0))
+    bent.SetTransformDomainPhysicalDimensions((10.0, 10.0, 10.0))
+    bent.SetParameters([5.0] * len(bent.GetParameters()))
+    sitk.WriteTransform(bent, str(tmp_path / "bent.tfm"))
+    with pytest.raises(ImageError, match=r"bent\.tfm holds no rigid transform.*is not linear"):
+        read_transform(tmp_path / "bent.tfm")
+
+
 def test_an_absent_transform_is_named(tmp_path: Path) -> None:
     with pytest.raises(ImageError, match=r"no transform .*absent\.tfm; run the registration"):
         read_transform(tmp_path / "absent.tfm")
@@ -67,3 +78,18 @@ def test_a_transform_that_is_cut_short_is_rejected(tmp_path: Path) -> None:
         (tmp_path / "a.tfm").write_bytes(whole[:end])
         with pytest.raises(ImageError, match=r"a\.tfm holds no rigid transform"):
             read_transform(tmp_path / "a.tfm")
+
+
+@pytest.mark.parametrize("name", ["Parameters:", "FixedParameters:"])
+@pytest.mark.parametrize("left", [0, -1])
+def test_a_transform_that_lacks_a_number_or_a_line_is_rejected_in_one_line(
+    tmp_path: Path, name: str, left: int
+) -> None:
+    """Also where somebody has ended its last line; without a line ITK reads the identity."""
+    write_transform(MOTION, tmp_path / "a.tfm")
+    lines = (tmp_path / "a.tfm").read_text().splitlines()
+    cut = [" ".join(line.split()[:left]) if line.startswith(name) else line for line in lines]
+    (tmp_path / "a.tfm").write_text("\n".join(cut) + "\n")
+    with pytest.raises(ImageError, match=r"a\.tfm holds no rigid transform") as raised:
+        read_transform(tmp_path / "a.tfm")
+    assert "\n" not in str(raised.value)

@@ -173,6 +173,32 @@ def test_strokes_are_judged_where_they_are_used_and_named_by_their_file(check, m
     check({"images": "i.nii.gz", "labels": "l.nii.gz", "strokes": "strokes.csv"})  # labels stand for them
 
 
+def test_nipples_are_looked_for_in_labels_of_prone_alone_and_where_nobody_marked_them(check, monkeypatch):
+    module, seen = check.module, []
+    monkeypatch.setattr(module, "found_points", lambda labels, path, sides: seen.append(path))
+    monkeypatch.setattr(module, "require_usable", lambda image, **about: None)
+    monkeypatch.setattr(module, "read_fiducials", lambda path: NONE)
+    asked = module.Asked(found=False, registered=False, sides=[], how={}, taken=lambda coded: (LABELS, []))
+    for position in ("supine", "prone"):
+        assert module.look({"labels": position}, position, PRONE, asked).faults == []
+    module.look({"labels": "marked", "listed": "list.csv"}, "prone", PRONE, asked)
+    assert seen == ["prone"]
+
+
+def test_labels_in_which_no_breast_stands_out_are_rejected_at_once(script, monkeypatch):
+    """Later stages would end there: the mesh, where nobody marked the chest."""
+    grid = grid_around(np.array([-100.0, 0, -50]), np.array([100.0, 60, 50]), 10.0)
+    flat = np.full(grid.shape, Label.ADIPOSE, np.uint8)
+    flat[:, 0], flat[:, 4:] = Label.AIR, Label.THORAX
+    both = Fiducials(
+        ("nipple_left", "nipple_right"), ("nipple",) * 2, np.array([[60.0, 10, 0], [-60, 10, 0]])
+    )
+    module = script("check_input")
+    monkeypatch.setattr(module, "nipples", lambda labels: both)
+    with pytest.raises(FiducialError, match=r"^l\.nii\.gz: no breast stands out in front of the midline"):
+        module.found_points(LabelMap(grid, flat), "l.nii.gz", ["left", "right"])
+
+
 def test_every_part_is_judged_and_each_fault_is_a_line(check):
     def rejected(image, **about):
         raise ImageError("the breast is cut off")
@@ -187,7 +213,7 @@ def test_every_part_is_judged_and_each_fault_is_a_line(check):
 
 def test_a_label_map_is_read_by_its_codes_and_what_is_mended_is_said(script, tmp_path):
     """A slab of one voxel, thinner than half an element, in codes of a table."""
-    grid = grid_around(np.zeros(3), np.full(3, 60.0), 5.0)
+    grid = grid_around(np.zeros(3), np.full(3, 40.0), 5.0)
     values = np.zeros(grid.shape, np.uint8)
     values[:, 5], values[:, 6:] = 9, 7
     write_labels(LabelMap(grid, values), tmp_path / "l.nii.gz")
@@ -196,4 +222,4 @@ def test_a_label_map_is_read_by_its_codes_and_what_is_mended_is_said(script, tmp
     taken = script("check_input").taken_by(settings, {"breast": 12.0, "chest": 16.0})
     labels, notes = taken(read_label_map(tmp_path / "l.nii.gz"))
     assert np.unique(labels.values).tolist() == [Label.AIR, Label.ADIPOSE, Label.THORAX]
-    assert notes[-1] == f"{60 * 60 * 5 / 1000:.0f} cm3 are thinner than half an element"
+    assert notes[-1] == f"{40 * 40 * 5 / 1000:.0f} cm3 are thinner than half an element"

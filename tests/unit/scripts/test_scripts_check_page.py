@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tiny_woman import tiny_image, tiny_labels
 
+from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.io.images import write_image, write_labels
@@ -110,7 +111,9 @@ def test_a_file_that_cannot_be_read_and_one_that_can_stand_on_one_page(page, fil
     assert "data:image/png" in text, "her labels"
 
 
-def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(page, files, monkeypatch):
+def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(
+    page, files, monkeypatch, caplog
+):
     def broken(*args, **more):
         raise KeyError("prone")
 
@@ -118,6 +121,83 @@ def test_a_fault_of_the_program_is_a_reason_on_the_page_and_not_the_end_of_it(pa
     text, (why,) = page({"labels": files.folder / "labels.nii.gz"})
     assert why == "prone: a fault of the program, KeyError: 'prone'"
     assert "a fault of the program" in text
+    assert "in broken" in caplog.text, "the log tells where"
+
+
+def test_a_reason_to_stop_is_told_also_while_other_scans_wait(page, tmp_path):
+    text, stops = page({"images": tmp_path / "none.nii.gz"}, waits=True)
+    assert len(stops) == 1
+    assert "1 reason to stop" in text
+
+
+def test_a_picture_has_all_that_is_known_of_its_position_and_says_what_that_is(page, files, monkeypatch):
+    module, drawn = page.module, []
+
+    def understood(image, **about):
+        drawn.append(about)
+        return "figure"
+
+    monkeypatch.setattr(module, "understood", understood)
+    monkeypatch.setattr(module, "png_of", lambda figure: figure)
+    seen = module.check_input.Seen(images={"labels": tiny_image(files.labels)}, labels=files.labels)
+    row = {"position": "supine_tilted", "gravity": "0 1 0", "files": {}}
+    (picture,) = module.pictures_of("ada", row, seen)
+    assert "ada, supine tilted: 8.00 x 8.00 x 8.00 mm, with outlines of the labels. g is" in picture.caption
+    seen.listed, seen.labels = Fiducials((), (), np.empty((0, 3))), None
+    (picture,) = module.pictures_of("ada", row, seen)
+    assert "mm, with points as listed or found. g is" in picture.caption
+    first, second = drawn
+    assert (first["labels"], first["fiducials"]) == (files.labels, None)
+    assert (second["labels"], second["fiducials"]) == (None, seen.listed)
+    assert first["gravity"].tolist() == [0, 1, 0]
+
+
+def test_a_picture_that_cannot_be_drawn_is_a_reason_to_stop(page, files, monkeypatch):
+    def broken(*args, **more):
+        raise KeyError("slices")
+
+    monkeypatch.setattr(page.module, "understood", broken)
+    _, (why,) = page({"labels": files.folder / "labels.nii.gz"})
+    assert why == "prone: a fault of the program, KeyError: 'slices'"
+
+
+def test_each_position_is_read_and_judged_as_its_own_row_says(page, tmp_path, monkeypatch):
+    module, seen = page.module, []
+    codes = {"prone": "a.tsv", "supine": "b.tsv"}
+    monkeypatch.setattr(module.check_input, "taken_by", lambda settings, element_mm: settings["codes"])
+
+    def looked(files, position, gravity, asked):
+        seen.append((position, files["images"], gravity.tolist(), asked.how["series"], asked.taken))
+        return module.check_input.Seen()
+
+    monkeypatch.setattr(module.check_input, "look", looked)
+    rows = [
+        {
+            **{"position": p, "used": True, "there": p != "upright", "files": {"images": p}, "gravity": g},
+            **{"how": {"series": n, "gaps": ""}, "codes": {"codes": codes.get(p, "")}},
+        }
+        for p, g, n in (("supine", "0 1 0", "3"), ("prone", "0 -1 0", "12"), ("upright", "0 0 -1", ""))
+    ]
+    out = {"page": str(tmp_path / "p.html"), "verdict": str(tmp_path / "p.json")}
+    module.main("ada", rows, TOLD | {"waits": True}, out)
+    assert seen == [
+        ("supine", "supine", [0, 1, 0], "3", "b.tsv"),
+        ("prone", "prone", [0, -1, 0], "12", "a.tsv"),
+    ]
+    assert json.loads((tmp_path / "p.json").read_text()) == {"volunteer": "ada", "stops": [], "waits": True}
+    assert "Her scans are made by the study itself" in (tmp_path / "p.html").read_text()
+
+
+def test_the_thickness_is_told_of_the_position_that_is_modelled(page, files):
+    module = page.module
+    nipples = Fiducials(
+        ("nipple_left", "nipple_right"), ("nipple",) * 2, np.array([[60.0, -40, 0], [-60, -40, 0]])
+    )
+    seen = module.check_input.Seen(labels=files.labels, listed=nipples)
+    told = {name: TOLD[name] for name in ("modelled", "stated", "compression")}
+    assert len(module.thickness_words({"supine": module.check_input.Seen(), "prone": seen}, told)) == 2
+    assert module.thickness_words({"supine": seen}, told) == []
+    assert module.thickness_words({"supine": seen, "prone": module.check_input.Seen()}, told) == []
 
 
 def test_a_position_that_is_not_used_stops_nothing(page, tmp_path):

@@ -19,11 +19,13 @@ def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_pa
     for path in (pressed, image, there, "results/women/ada/what.html"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
     write_table(pd.DataFrame({"side": ["left"], "thickness_from": ["chosen: 0.5 of the 76 mm"]}), pressed)
+    other = pressed.replace("standard", "firm")
+    write_table(pd.DataFrame({"side": ["right"], "thickness_from": ["given"]}), other)
     write_missing(image, "image_row ada left: the field is too narrow", job={"side": "left"})
     write_figure(Figure(), there)
     write_figure(Figure(), gone, missing="image_row ada left: the field is too narrow")
     told = {
-        "tables": {"compression": [pressed], "image": [image]},
+        "tables": {"compression": [pressed, other], "image": [image]},
         "planned": [("mesh", "")],
         "gains": [(("a supine series",), ["fit of moduli"])],
         "thickness": "Half of her depth.",
@@ -34,6 +36,10 @@ def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_pa
     assert f'href="../../../{there}"' in page
     assert f'href="../../../{gone}"' not in page
     assert "chosen: 0.5 of the 76 mm" in page
+    assert "<td>given</td>" in page, "of every table of one name"
+    assert f'href="../../../{other}"' in page
+    assert "Half of her depth." in page
+    assert "l.nii.gz" in page, "what was given"
     (row,) = [
         line
         for line in page.split("<tr>")

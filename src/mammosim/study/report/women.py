@@ -56,13 +56,14 @@ def checked_sections(
     """
     rows = [(each.position, each.used, why) for each in checked for why in each.reasons]
     stops = [why for _, used, why in rows if used]
-    text = "Her scans are made by the study itself, which checks them before it uses them." if waits else ""
-    text = text or (
-        f"**{_reasons(len(stops))} to stop.** Correct what the table lists; nothing is computed until then."
-        if stops
-        else "Nothing that is given of her would stop the study. **Look at the pictures**: a wrong side, "
-        "a wrong direction of gravity or a wrong spacing is seen at once."
+    text = (
+        "Nothing that is given of her would stop the study. **Look at the pictures**: a wrong side, a wrong "
+        "direction of gravity or a wrong spacing is seen at once."
     )
+    if waits:
+        text = "Her scans are made by the study itself, which checks them before it uses them."
+    if stops:
+        text = f"**{_reasons(len(stops))} to stop.** Correct what is listed; nothing is computed before."
     faults = Listing(
         pd.DataFrame(rows, columns=["position", "used", "reason"]), "What cannot be used, and why."
     )
