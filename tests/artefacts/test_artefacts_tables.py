@@ -15,6 +15,11 @@ EMPTY = {
     ("effects", "change_added"): "no effect had to be added back",
     ("scenes", "numerical_error"): "the screening accuracy has no error budget",
 }
+EMPTY |= {
+    ("registration", f"error_95_{unit}"): "stated where nobody wears markers, and all wear some"
+    for unit in ("mm", "deg")
+}
+WITHOUT_VALUES = {"accuracy_presets": "the small run tries no preset"}
 WITHOUT_ROWS = {
     "interactions": "no pair of effects had to be tried",
     "missing": "nothing is missing",
@@ -28,7 +33,7 @@ def test_no_table_is_empty_and_no_column_is(results):
         rows = pd.read_csv(file)
         if rows.empty:
             assert file.stem in WITHOUT_ROWS
-        else:
+        elif file.stem not in WITHOUT_VALUES:
             empty |= {(file.stem, column) for column in rows if rows[column].isna().all()}
     assert empty <= set(EMPTY)
 

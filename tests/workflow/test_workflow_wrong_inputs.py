@@ -9,6 +9,7 @@ import yaml
 
 pytestmark = pytest.mark.workflow
 IMAGE = "results/images/small/prone.nii.gz"
+OWN = "results/images/ada/prone.nii.gz"  # of no digital volunteer, who has no other images than her own
 FIDUCIALS = "results/fiducials/small/prone.csv"
 
 
@@ -18,12 +19,17 @@ def changed(finished, tmp_path):
 
     def run(target: str, **change: str) -> str:
         table = pd.read_table(finished.home / "config/volunteers.tsv", dtype=str)
-        here = (table.volunteer == "small") & (table.position == "prone")
+        volunteer = target.split("/")[2]
+        table = table[table.volunteer == "small"].assign(volunteer=volunteer)
+        here = table.position == "prone"
         for column, value in change.items():
             table.loc[here, column] = value
         rows, extra = tmp_path / "volunteers.tsv", tmp_path / "extra.yaml"
         table.to_csv(rows, sep="\t", index=False)
-        extra.write_text(yaml.safe_dump({"volunteer_table": str(rows), "volunteers": ["small"]}))
+        extra.write_text(yaml.safe_dump({"volunteer_table": str(rows), "volunteers": [volunteer]}))
+        (finished.run / target).parent.mkdir(exist_ok=True)
+        if target == OWN:
+            (finished.run / target).write_bytes(b"made by an earlier run")
         before = (finished.run / target).read_bytes()
         smoke = finished.home / "config/smoke.yaml"
         result = finished.snakemake(target, "--configfile", str(smoke), str(extra))
@@ -44,7 +50,7 @@ def series(finished, tmp_path):
 
 def test_a_missing_slice_is_found(changed, series):
     sorted(series.glob("*.dcm"))[20].unlink()
-    message = changed(IMAGE, images=str(series))
+    message = changed(OWN, images=str(series))
     assert "ImageError" in message
     assert str(series) in message
     assert "missing" in message
@@ -53,12 +59,12 @@ def test_a_missing_slice_is_found(changed, series):
 def test_mixed_series_are_rejected(changed, series, finished):
     other = sorted((finished.run / "results/raw/small/supine").glob("*.dcm"))[0]
     shutil.copy(other, series / "other.dcm")
-    assert "mixes 2 series" in changed(IMAGE, images=str(series))
+    assert "mixes 2 series" in changed(OWN, images=str(series))
 
 
 def test_a_series_of_another_position_is_rejected(changed, finished):
     supine = finished.run / "results/raw/small/supine"
-    message = changed(IMAGE, images=str(supine))
+    message = changed(OWN, images=str(supine))
     assert "position 'prone' contradicts the PatientPosition tag 'HFS'" in message
 
 
