@@ -42,7 +42,7 @@ def test_the_midline_is_between_two_breasts_unless_the_frame_begins_near_it(midl
 
 def test_the_midline_is_of_the_common_frame():
     moved = replace(
-        breast("left", left=60.0, right=-60.0),
+        breast("left", -170, 170, left=60.0, right=-60.0),
         to_reference=RigidTransform(np.eye(3), np.array([100.0, 0, 0])),
     )
     assert moved.midline_mm == 100.0
