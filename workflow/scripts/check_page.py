@@ -1,7 +1,6 @@
 """What was understood of one volunteer's data, and every reason for which the study would stop: a page."""
 
 import logging
-from pathlib import Path
 
 import _log
 import check_input
@@ -13,6 +12,7 @@ from mammosim.core.positions import gravity_vector
 from mammosim.figures.understood import one_slice, understood
 from mammosim.imaging.quality import image_quality
 from mammosim.io.any_slice import any_slice
+from mammosim.io.atomic import replacing
 from mammosim.io.figures import png_of
 from mammosim.io.tables import write_json
 from mammosim.study.report.pages import Picture, report
@@ -29,7 +29,8 @@ def main(volunteer: str, rows: list[dict], told: dict, out: dict[str, str]) -> N
     page = report(
         f"mammosim: {volunteer}, what was understood", sections, numbers={}, footer="made by snakemake check"
     )
-    Path(out["page"]).write_text(page)
+    with replacing(out["page"]) as temporary:
+        temporary.write_text(page, encoding="utf-8")
     stops = [f"{each.position}: {why}" for each in checked if each.used for why in each.reasons]
     write_json({"volunteer": volunteer, "stops": stops, "waits": told["waits"]}, out["verdict"])
 

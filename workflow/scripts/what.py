@@ -5,6 +5,7 @@ from pathlib import Path
 import _stage
 import pandas as pd
 
+from mammosim.io.atomic import replacing
 from mammosim.io.figures import missing_reason
 from mammosim.io.tables import read_rows
 from mammosim.study.jobs.completeness import missing_results
@@ -42,7 +43,8 @@ def main(volunteer: str, rows: list[dict], told: dict, pictures: list[str], out:
         numbers={},
         subtitle="What was done with her data, and what was not.",
     )
-    Path(out).write_text(page)
+    with replacing(out) as temporary:
+        temporary.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":
