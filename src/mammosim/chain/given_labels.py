@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from mammosim.chain.label_geometry import among, filled_in, is_outside, overhanging, touching
 from mammosim.core.errors import ImageError
-from mammosim.core.labels import DEFORMABLE, Label
+from mammosim.core.labels import DEFORMABLE, LEAST_PIECE, Label
 from mammosim.core.settings import Limits
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import LabelMap
@@ -23,8 +23,7 @@ SOFT = (*DEFORMABLE, BREAST)
 FATTY = (Label.ADIPOSE, Label.GLANDULAR, BREAST)
 OPEN = (Label.AIR, Label.MARKER)
 PERCENT = 100.0
-# ASSUME: a piece of a twentieth of the largest one is a breast of its own; smaller ones are strays.
-PIECE, PIECES = 0.05, 2
+PIECES = 2  # at most: the two breasts, where nothing of the body joins them
 # ASSUME: no tissue has a tenth of its voxels without any neighbour of soft tissue.
 LONELY = 0.1
 # ASSUME: less than 50 mm2 of tissue on the front border is noise, as in an image.
@@ -145,7 +144,7 @@ def _one_body(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]
     pieces, _ = ndimage.label(among(labels.values, SOFT))
     size = np.bincount(pieces.ravel())
     size[0] = 0
-    kept = np.flatnonzero(size > PIECE * size.max())
+    kept = np.flatnonzero(size >= LEAST_PIECE * size.max())
     unit = labels.grid.voxel_volume / MM3_PER_CM3
     if len(kept) > PIECES:
         volumes = ", ".join(f"{volume:.0f}" for volume in sorted(size[kept] * unit, reverse=True))

@@ -23,3 +23,5 @@ class Label(IntEnum):
 
 # Voxels that the mechanics deforms; the rest is air, or moves rigidly with the rib cage.
 DEFORMABLE = (Label.ADIPOSE, Label.GLANDULAR, Label.SKIN, Label.MUSCLE, Label.LESION)
+# ASSUME: a piece of a twentieth of the largest one is a breast of its own; smaller ones are strays.
+LEAST_PIECE = 0.05

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from mammosim.core.errors import MeshError
-from mammosim.core.labels import DEFORMABLE, Label
+from mammosim.core.labels import DEFORMABLE, LEAST_PIECE, Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Grid, LabelMap
@@ -29,8 +29,6 @@ CHEST_MM, CHANGE_MM = 20.0, 20.0
 PER_THICKNESS = 1.2
 # Voxels finer than this fraction of the smallest element are thinned out before the surface is built.
 VOXELS_PER_ELEMENT = 6
-# ASSUME: a piece of a twentieth of the largest one is a breast of its own; smaller ones are strays.
-PIECE = 0.05
 TOLD = 0.01  # of the volume of the labels, above which an error of the mesh is a warning
 # Far above the rounding of a voxel's place, far below what a limit is known to.
 ON_LIMIT_MM = 1e-4
@@ -62,7 +60,7 @@ class ElementSize:
 def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
     """Tetrahedra of the DEFORMABLE voxels, with tissue and boundaries `skin` and `posterior`.
 
-    Of their largest piece, and of any that is at least PIECE times as large: two breasts that nothing
+    Of their largest piece, and of any that is at least LEAST_PIECE times as large: two breasts that nothing
     joins. Each encloses the volume of its voxels, cavities filled. The shares of its cells are those of
     the deformable voxels in them. Raises MeshError when there is nothing to mesh, or the mesh is not
     sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes, and not on where it lies:
@@ -130,7 +128,7 @@ def _pieces(labels: LabelMap) -> list[LabelMap]:
         return [labels]
     size = np.bincount(pieces.ravel())
     size[0] = 0
-    kept = np.argsort(-size, kind="stable")[: np.count_nonzero(size >= PIECE * size.max())]
+    kept = np.argsort(-size, kind="stable")[: np.count_nonzero(size >= LEAST_PIECE * size.max())]
     others = [(pieces > 0) & (pieces != piece) for piece in kept]
     return [replace(labels, values=np.where(other, np.uint8(Label.AIR), labels.values)) for other in others]
 
