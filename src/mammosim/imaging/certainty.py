@@ -19,8 +19,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 from scipy.spatial.transform import Rotation
+from scipy.special import stdtrit
 
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import RigidTransform
@@ -61,7 +62,7 @@ class Certainty:
         return float(np.degrees(self._limit(np.trace(self.covariance[3:, 3:]))))
 
     def _limit(self, variance: np.ndarray) -> np.ndarray:
-        limit: np.ndarray = stats.t.ppf((1 + CONFIDENCE) / 2, self.parts - 1) * np.sqrt(variance)
+        limit: np.ndarray = stdtrit(self.parts - 1, (1 + CONFIDENCE) / 2) * np.sqrt(variance)
         return limit
 
 

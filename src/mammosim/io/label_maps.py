@@ -18,7 +18,6 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.io.dicom_files import File, dicom_files
-from mammosim.io.dicom_segmentation import holds_seg, read_seg
 from mammosim.io.images import grid_of, whole_volume
 from mammosim.io.label_codes import (
     ELSEWHERE,
@@ -72,6 +71,8 @@ def read_label_map(path: str | Path) -> CodedMap:
     """
     if not Path(path).exists():
         raise ImageError(f"no label map {path}; correct the path")
+    from mammosim.io.dicom_segmentation import holds_seg, read_seg  # pydicom: where a map is read only
+
     with dicom_files(path) as files:
         if Path(path).suffix.lower() == ".zip":
             inside = [file for file in files if file.name.lower().endswith(ENDINGS)]

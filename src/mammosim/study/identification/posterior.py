@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.quantities import QUANTILE
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rng import generator
@@ -16,8 +17,6 @@ from mammosim.study.identification.fit import Fit
 from mammosim.study.identification.moduli import KEYS, Moduli
 from mammosim.study.identification.problem import MECHANICAL, N_MODULI, OTHERS, Problem
 
-# Standard deviations to either side of a 95 % interval.
-QUANTILE = 1.96
 # ASSUME: a modulus counts as identifiable when the data leave at most half of the prior's standard deviation.
 IDENTIFIABLE = 0.5
 UNRESOLVED = (
