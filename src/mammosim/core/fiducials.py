@@ -35,8 +35,10 @@ class Fiducials:
             )
         if unknown := set(self.kinds) - set(KINDS):
             raise FiducialError(f"unknown kind {sorted(unknown)}; choose one of: {', '.join(KINDS)}")
-        if len(set(self.names)) < len(self.names):
-            raise FiducialError("fiducial names must be unique")
+        if twice := sorted({name for name in self.names if self.names.count(name) > 1}):
+            raise FiducialError(
+                f"{twice[0]} stands twice; fiducial names must be unique: rename or delete one"
+            )
 
     def of_kind(self, kind: str) -> np.ndarray:
         """Points (m, 3) of one kind, in the order of the list."""
@@ -45,7 +47,10 @@ class Fiducials:
     def point(self, name: str) -> np.ndarray:
         """One point (3,). Raises FiducialError when the list has no such name."""
         if name not in self.names:
-            raise FiducialError(f"no fiducial {name!r}; the list has: {', '.join(self.names)}")
+            listed = f"the list has: {', '.join(self.names)}" if self.names else "the list has no point"
+            raise FiducialError(
+                f"no fiducial {name!r}; {listed}; mark it in the image, and add it to the list"
+            )
         x: np.ndarray = self.points[self.names.index(name)]
         return x
 

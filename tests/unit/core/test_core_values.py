@@ -48,11 +48,13 @@ def test_an_unknown_position_is_rejected():
 
 
 def test_fiducials_have_unique_names_and_known_kinds():
-    with pytest.raises(FiducialError, match="unique"):
+    with pytest.raises(FiducialError, match="a stands twice; fiducial names must be unique: rename"):
         Fiducials(("a", "a"), ("chest", "chest"), np.zeros((2, 3)))
     with pytest.raises(FiducialError, match="unknown kind"):
         Fiducials(("a",), ("elbow",), np.zeros((1, 3)))
-    with pytest.raises(FiducialError, match="no fiducial 'nipple_left'"):
+    with pytest.raises(
+        FiducialError, match=r"no fiducial 'nipple_left'; the list has: a; mark it in the image"
+    ):
         Fiducials(("a",), ("chest",), np.zeros((1, 3))).point("nipple_left")
 
 
