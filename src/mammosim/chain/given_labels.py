@@ -58,7 +58,8 @@ Step = Callable[[LabelMap, LabelSettings], tuple[LabelMap, str]]
 
 def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
     """The labels. Raises ImageError, which names the file: unknown codes, no breast, cut off, in pieces."""
-    labels, notes = tissue_map(coded, settings.codes), []
+    labels = tissue_map(coded, settings.codes)
+    notes = _overlaps(coded)
     for step in STEPS:
         try:
             labels, note = step(labels, settings)
@@ -72,6 +73,13 @@ def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
             raise ImageError(f"{coded.path}: {error}{also}") from None
         notes += [note] if note else []
     return Prepared(labels, tuple(notes))
+
+
+def _overlaps(coded: CodedMap) -> list[str]:
+    """What was done where several segments lie over each other."""
+    volume = coded.overlapping * coded.grid.voxel_volume / MM3_PER_CM3
+    said = f"{volume:.2g} cm3 ({coded.overlapping} voxels) lie in several segments: the smallest one is kept"
+    return [said] if coded.overlapping else []
 
 
 def _require_breast(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
