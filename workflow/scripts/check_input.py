@@ -18,7 +18,8 @@ from mammosim.core.settings import read
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.markers import worn_on_chest
-from mammosim.imaging.plausible_points import require_drawn_in, require_plausible
+from mammosim.imaging.plausible_labels import require_drawn_in
+from mammosim.imaging.plausible_points import require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
 from mammosim.imaging.quality import image_quality, require_usable, shows_one_breast
 from mammosim.io.dicom import Series
