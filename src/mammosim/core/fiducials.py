@@ -13,6 +13,8 @@ KINDS = ("chest", "breast", "nipple")
 NIPPLES = ("nipple_left", "nipple_right")
 # Those of a complete list; there may be more of a kind.
 NAMES = (*(f"chest_{n}" for n in range(1, 5)), *(f"breast_{n}" for n in range(1, 7)), *NIPPLES)
+# ASSUME: the frame of a scan begins at the midline, to 30 mm; that of a label map may begin anywhere.
+OFF_MM = 30.0
 NUMBERED = re.compile(r"(chest|breast)_?0*([1-9][0-9]*)")
 SIDED = re.compile(r"nipple_?(left|right)|(left|right)_?nipple")
 
@@ -53,6 +55,17 @@ class Fiducials:
             )
         x: np.ndarray = self.points[self.names.index(name)]
         return x
+
+
+def midline_of(middle_mm: float) -> float:
+    """x of the midline of a body whose sides' middle is at x = middle_mm: 0 where its frame begins there."""
+    return middle_mm if abs(middle_mm) > OFF_MM else 0.0
+
+
+def midline_mm(fiducials: Fiducials) -> float:
+    """x of the plane between her sides, by both nipples, in their frame; 0 where one is not listed."""
+    x = fiducials.of_kind("nipple")[:, 0]
+    return midline_of(float(x.mean())) if len(x) == len(NIPPLES) else 0.0
 
 
 def usual_name(written: str) -> str:
