@@ -24,7 +24,7 @@ from mammosim.imaging.plausible_points import VOXEL_MM, Skin
 
 # ASSUME: labels that were drawn in an image have half of their tissue, or more, in the body that it shows.
 LEAST_IN_BODY = 0.5
-MOST_COMPARED = 5000  # voxels
+MOST_COMPARED, MOST_EXPLAINED = 5000, 200_000  # voxels
 AXES = ("left to right", "front to back", "head to feet")
 # Distances count up to this, that of labels beyond the image, too.
 FAR_MM = 30.0
@@ -124,7 +124,9 @@ class _Compared:
     def of(cls, labels: LabelMap, image: Image, skin: Skin) -> "_Compared":
         image = coarsened(image, VOXEL_MM)
         I = image.values.ravel()
-        return cls(labels, skin, _ends(labels), image.grid.centres(), np.minimum(I, np.percentile(I, 99)))
+        some = slice(None, None, 1 + len(I) // MOST_EXPLAINED)
+        bright = np.minimum(I, np.percentile(I, 99))
+        return cls(labels, skin, _ends(labels), image.grid.centres()[some], bright[some])
 
     def fit(self, correct: Correction) -> _Fit:
         """How well they fit after a correction that is its own inverse."""
