@@ -28,8 +28,9 @@ def all_of_her_checked(wildcards):
 
 
 def pair_inputs(wildcards):
-    """Meshes, fiducials and transforms of the two positions."""
-    files = {"start_transform": f"results/registration/{wildcards.v}/prone.tfm"}
+    """Meshes, fiducials and transforms of the two positions, and how sure the registration is."""
+    registered = f"results/registration/{wildcards.v}/prone"
+    files = {"start_transform": f"{registered}.tfm", "start_steps": f"{registered}_steps.csv"}
     for name, position in zip(("start", "goal"), FITTED_TO):
         files[name] = f"results/meshes/{wildcards.v}/{position}.vtu"
         files[f"{name}_fiducials"] = f"results/registration/{wildcards.v}/{position}_fiducials.csv"

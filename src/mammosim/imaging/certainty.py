@@ -66,6 +66,14 @@ class Certainty:
         return limit
 
 
+def deviation(limit: float) -> float:
+    """Standard deviation along one of three axes, of an error whose limit a Certainty of all parts states.
+
+    limit = t sqrt(tr C), of which each axis has a third: limit / (sqrt(3) t), in the unit of the limit.
+    """
+    return limit / float(np.sqrt(3) * stats.t.ppf((1 + CONFIDENCE) / 2, np.prod(PARTS) - 1))
+
+
 @dataclass(frozen=True)
 class PartsOfChest:
     """What the parts say at a motion: A (n, 6, 6), g (n, 6), the middle (3,), correlation of all together.

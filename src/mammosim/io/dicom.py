@@ -34,6 +34,7 @@ class Series:
     that is no series.
     volunteer: the PatientID tag; None when empty.
     notes: what was done beside reading it, a line each, without anything that could be a patient's name.
+    chosen: which of all series it is, as free of names; '' of a file that is no series.
     """
 
     image: Image
@@ -41,6 +42,7 @@ class Series:
     patient_position: str | None
     volunteer: str | None
     notes: tuple[str, ...] = ()
+    chosen: str = ""
 
 
 def is_series(path: str | Path) -> bool:
@@ -86,6 +88,7 @@ def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series
         str(tags["PatientPosition"]),
         str(tags.get("PatientID", "")) or None,
         notes,
+        chosen.told,
     )
 
 

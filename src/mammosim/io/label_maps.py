@@ -9,6 +9,7 @@ what `data/label_names.csv` says. Frame LPS, mm.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -38,12 +39,16 @@ GIVE = "give a preset, or a table of code and tissue"
 
 @dataclass(frozen=True)
 class CodedMap:
-    """A label map as a file has it: codes (nz, ny, nx) int32 on a grid; names: of codes, where told."""
+    """A label map as a file has it: codes (nz, ny, nx) int32 on a grid; names: of codes, where told.
+
+    overlapping: voxels that lie in several segments, of which the smallest one is kept.
+    """
 
     grid: Grid
     codes: np.ndarray
     path: str
     names: Mapping[int, str] = field(default_factory=dict)
+    overlapping: int = 0
 
     @classmethod
     def of_segments(cls, grid: Grid, segments: Sequence[tuple[str, np.ndarray]], path: str) -> "CodedMap":
@@ -51,17 +56,25 @@ class CodedMap:
 
         Of those the smallest one is kept, as io.dicom_segmentation does.
         """
-        codes = np.zeros(grid.shape, np.int32)
+        codes, several = np.zeros(grid.shape, np.int32), np.zeros(grid.shape, bool)
         size = [np.count_nonzero(mask) for _, mask in segments]
         # ASSUME: of segments that overlap, the smaller one is a part of the larger one.
         for n in np.argsort(np.negative(size), kind="stable"):
+            several |= segments[n][1] & (codes > 0)
             codes[segments[n][1]] = n + 1
-        return cls(grid, codes, path, {n: name for n, (name, _) in enumerate(segments, 1)})
+        names = {n: name for n, (name, _) in enumerate(segments, 1)}
+        return cls(grid, codes, path, names, int(np.count_nonzero(several)))
 
     @property
     def found(self) -> tuple[int, ...]:
         """The codes that some voxel has, lowest first."""
-        return tuple(np.unique(self.codes).tolist())
+        return tuple(self.counts)
+
+    @cached_property
+    def counts(self) -> Mapping[int, int]:
+        """How many voxels have each code, lowest first."""
+        found, count = np.unique(self.codes, return_counts=True)
+        return dict(zip(found.tolist(), count.tolist()))
 
 
 def read_label_map(path: str | Path) -> CodedMap:
@@ -81,8 +94,8 @@ def read_label_map(path: str | Path) -> CodedMap:
             if inside:
                 return _unpacked(files, inside[0], str(path))
         if holds_seg(files, str(path)):
-            grid, codes, names = read_seg(path)
-            return CodedMap(grid, codes.astype(np.int32), str(path), names)
+            grid, codes, names, overlapping = read_seg(path)
+            return CodedMap(grid, codes.astype(np.int32), str(path), names, overlapping)
         if Path(path).is_dir() or Path(path).suffix.lower() == ".zip" or any(map(_is_dicom, files)):
             raise ImageError(
                 f"{path} holds no label map; give a DICOM segmentation, or one of: {', '.join(ENDINGS)}"
@@ -97,7 +110,7 @@ def tissue_map(coded: CodedMap, codes: str = "") -> LabelMap:
     codes: a preset, or a file that explains them; without it, names that the map's own file has, else OWN.
     Raises ImageError: a code is not explained, or its name is of no tissue; ConfigurationError: no such file.
     """
-    meaning = _meanings(coded, codes)
+    meaning = meanings(coded, codes)
     whose = codes or (coded.path if coded.names else OWN)
     if unknown := [code for code in coded.found if code not in meaning]:
         raise ImageError(
@@ -116,8 +129,8 @@ def tissue_map(coded: CodedMap, codes: str = "") -> LabelMap:
     return LabelMap(coded.grid, values[np.searchsorted(found, coded.codes)])
 
 
-def _meanings(coded: CodedMap, codes: str) -> Mapping[int, str]:
-    """Code -> tissue."""
+def meanings(coded: CodedMap, codes: str) -> Mapping[int, str]:
+    """Code -> tissue, '' for a name of none. Raises ConfigurationError as label_codes.explained."""
     if is_preset(codes):
         return presets()[codes]
     if codes:

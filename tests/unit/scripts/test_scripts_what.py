@@ -8,7 +8,16 @@ from mammosim.io.missing import write_missing
 from mammosim.io.tables import write_table
 
 ROWS = [
-    {"position": "prone", "used": True, "there": True, "files": {"labels": "l.nii.gz"}, "gravity": "0 -1 0"}
+    {
+        **{
+            "position": "prone",
+            "used": True,
+            "there": True,
+            "files": {"labels": "l.nii.gz"},
+            "gravity": "0 -1 0",
+        },
+        **{"how": {"series": "t1 fs", "gaps": "resample"}, "codes": {"codes": "victre"}},
+    }
 ]
 
 
@@ -39,7 +48,8 @@ def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_pa
     assert "<td>given</td>" in page, "of every table of one name"
     assert f'href="../../../{other}"' in page
     assert "Half of her depth." in page
-    assert "l.nii.gz" in page, "what was given"
+    for given in ("l.nii.gz", "t1 fs", "resample", "victre"):
+        assert f"<td>{given}</td>" in page, "what was given, and how it was to be read"
     (row,) = [
         line
         for line in page.split("<tr>")

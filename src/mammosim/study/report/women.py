@@ -1,7 +1,7 @@
 """The two pages of one woman: what was understood of her data before a run, and what was done with them."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 import pandas as pd
@@ -35,7 +35,8 @@ class Checked:
     """One position as it was understood.
 
     used: whether anything is made of it; files: kind -> path; reasons: a line each, why it cannot be used;
-    quality: imaging.quality.image_quality, empty where nothing could be read; notes: what was mended.
+    quality: imaging.quality.image_quality, empty where nothing could be read; notes: what was mended; read:
+    how the files were understood, and who says so.
     """
 
     position: str
@@ -45,6 +46,7 @@ class Checked:
     quality: Mapping[str, str | float]
     pictures: tuple[Picture, ...]
     notes: tuple[str, ...] = ()
+    read: Mapping[str, str] = field(default_factory=dict)
 
 
 def checked_sections(
@@ -80,9 +82,11 @@ def _of_position(each: Checked) -> Section:
     words = " ".join(
         [*([] if each.used else [used]), *([f"Noted: {'; '.join(each.notes)}."] if each.notes else [])]
     )
-    frame = pd.DataFrame([*each.files.items(), *_shown(each.quality)], columns=["what", "value"])
+    rows = [*each.files.items(), *each.read.items(), *_shown(each.quality)]
+    frame = pd.DataFrame(rows, columns=["what", "value"])
     caption = (
-        "What is given, and what was measured in it; margins are the distances of the body from a border."
+        "What is given, how it was read, and what was measured in it; margins are the distances of the body "
+        "from a border."
     )
     title = each.position.replace("_", " ").capitalize()
     return Section(title, words, (*each.pictures, Listing(frame, caption)))
