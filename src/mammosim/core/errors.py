@@ -62,13 +62,8 @@ class EquilibriumError(MechanicsError):
 class UnloadingError(EquilibriumError):
     """No stress-free shape was found under the whole weight.
 
-    load_factor: the largest part of the weight under which one was found; failed_at: the least part of it
-    under which none was.
+    load_factor: the largest part of the weight under which one was found.
     """
-
-    def __init__(self, message: str, *, load_factor: float, failed_at: float) -> None:
-        super().__init__(message, load_factor=load_factor)
-        self.failed_at = failed_at
 
 
 class IdentificationError(MammosimError):

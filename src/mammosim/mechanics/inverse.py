@@ -174,7 +174,7 @@ def _continued(problem: Measured, settings: InverseSettings, history: list[Unloa
             log.info("inverse: load factor %.3f failed: %s", target, failure)
             step /= 2
             if step < settings.smallest_load_step:
-                raise UnloadingError(str(failure), load_factor=reached, failed_at=target) from failure
+                raise UnloadingError(str(failure), load_factor=reached) from failure
         else:
             slope = (X_new - X) / (target - reached)
             X, reached, step = X_new, target, 1.5 * step
@@ -198,7 +198,7 @@ def _first(
         except EquilibriumError as failure:
             log.info("inverse: reverse gravity, load factor %.3f failed: %s", factor, failure)
             if factor / 2 < settings.smallest_load_step:
-                raise UnloadingError(str(failure), load_factor=0.0, failed_at=factor) from failure
+                raise UnloadingError(str(failure), load_factor=0.0) from failure
             factor /= 2
 
 

@@ -3,9 +3,9 @@
     E / (rho g L)    alone decides how a body hangs, so with all moduli times f as with the weight over f
 
 The given methods are tried with the moduli as they are, then with all of them times each factor, the smallest
-first. Where a method has brought on the weight in steps and found no reference under a part w of it
-(UnloadingError), there is none with f <= 1 / w either, and those factors are not tried. A shape counts when
-it was loaded again, from rest, and came to the measured one.
+first. Where a method brought on only a part w of the weight (UnloadingError), factors below 1 / w are not
+tried, in which it would be lost again, at the same cost. A shape counts when it was loaded again, from
+rest, and came to the measured one.
 """
 
 import logging
@@ -74,7 +74,7 @@ class Order:
         known = {(attempt.method, attempt.moduli_factor) for attempt in self.attempts}
         for factor in (1.0, *sorted(self.factors)):
             for method in self.methods:
-                if (method, factor) not in known and factor > least_factor(self.attempts):
+                if (method, factor) not in known and factor >= least_factor(self.attempts):
                     yield method, factor
 
     def _tried(
@@ -112,16 +112,20 @@ class Order:
 
 
 def least_factor(attempts: Iterable[Attempt]) -> float:
-    """The largest factor that is known to be too small, by the weight that a method could not bring on."""
+    """The least factor that is known to carry the weight, by the part of it that a method brought on.
+
+    It is 0 where none did, infinite where nothing of the weight was carried.
+    """
     failures = [(each.moduli_factor, each.failure) for each in attempts]
-    # With moduli times f, none under w of the weight: none under the whole of it with moduli times f / w.
-    return max((f / why.failed_at for f, why in failures if isinstance(why, UnloadingError)), default=0.0)
+    # A reference with moduli times f under w of the weight is one with f / w under the whole.
+    known = [(f, why.load_factor) for f, why in failures if isinstance(why, UnloadingError)]
+    return max((f / w if w else np.inf for f, w in known), default=0.0)
 
 
 def _beyond(attempts: Sequence[Attempt]) -> str:
     """That more would be needed than any factor, where that is known."""
     least = least_factor(attempts)
-    return f"; more than {least:.3g} would be needed" if least > attempts[-1].moduli_factor else ""
+    return f"; {least:.3g} would be needed" if attempts[-1].moduli_factor < least < np.inf else ""
 
 
 def reloaded_mm(points: np.ndarray, measured: TetMesh, body: Body, gravity: np.ndarray) -> float:
