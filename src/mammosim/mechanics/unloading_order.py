@@ -92,11 +92,11 @@ class Order:
             log.info("%s failed: %s", method, failure)
             return None, Attempt(method, factor, failure=failure)
         if largest > self.settings.tolerance_mm:
-            failure = MechanicsError(
+            away = MechanicsError(
                 f"loaded again it lies up to {largest:.3g} mm from the measured shape, more than "
                 f"tolerance_mm = {self.settings.tolerance_mm:g}"
             )
-            return None, Attempt(method, factor, largest, failure)
+            return None, Attempt(method, factor, largest, away)
         return points, Attempt(method, factor, largest)
 
     def _nothing(self) -> MechanicsError:
