@@ -82,6 +82,7 @@ class Order:
     ) -> tuple[np.ndarray | None, Attempt]:
         """The shape, None where there is none, and how it was come by."""
         log.info("%s with all moduli times %g", method, factor)
+        # ASSUME: where its moduli cannot carry a body, all are too small by one factor, skin and muscle, too.
         stiff = body.stiffened(factor)
         try:
             points = METHODS[method](measured, stiff, gravity=gravity, settings=self.settings).points
