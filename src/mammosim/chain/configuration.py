@@ -309,7 +309,8 @@ def _check_gravity(volunteer: str, position: str, gravity: str, file: str) -> No
         g = gravity_vector(gravity)
     except ValueError:
         raise ConfigurationError(
-            f"{where}, {position}: gravity {gravity!r} is no direction; write three numbers, as '0 -1 0'"
+            f"{where}, {position}: gravity {gravity!r} is no direction; write three numbers with decimal "
+            "points, as '0 -1 0'"
         ) from None
     angle = float(np.degrees(np.arccos(np.clip(g[1], -1, 1))))
     low, high = ANGLE_TO_POSTERIOR_DEG[position]

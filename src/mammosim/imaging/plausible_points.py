@@ -23,7 +23,8 @@ ZERO_MM = 3.0
 SPANS_MM = (50.0, 1000.0)
 # ASSUME: no two markers are glued on one place; points nearer than that are one, marked or copied twice.
 SAME_PLACE_MM = 1.0
-# ASSUME: labels that were drawn in an image have half of their tissue, or more, in the body that it shows.
+# ASSUME: labels that were drawn in an image have half of their tissue, or more, in the body that it shows,
+# and half of their front, or more, on its skin.
 LEAST_IN_BODY = 0.5
 MOST_COMPARED = 5000  # voxels
 SHOWN = 3
@@ -163,16 +164,32 @@ def require_plausible(listed: Fiducials, image: Image) -> None:
 
 def require_drawn_in(labels: LabelMap, image: Image) -> None:
     """Raise ImageError, a line without the files, where labels cannot have been drawn in an image."""
-    voxels = np.argwhere(np.isin(labels.values, DEFORMABLE)).astype(float)
-    points = labels.grid.points(voxels[:: 1 + len(voxels) // MOST_COMPARED])
-    skin = Skin.of(image)
-    share = np.mean(skin.at(points) <= skin.limit_mm)
+    tissue, skin = np.isin(labels.values, DEFORMABLE), Skin.of(image)
+    share = np.mean(skin.at(_some(labels.grid, np.argwhere(tissue))) <= skin.limit_mm)
     if share < LEAST_IN_BODY:
         raise ImageError(
             f"{100 * share:.0f} % of the labelled tissue lie in the body that the image shows, at least "
             f"{100 * LEAST_IN_BODY:.0f} % should; the image ends at {skin.ends()}: give both of one position "
             "and in one frame (LPS, mm)"
         )
+    front = np.mean(np.abs(skin.at(_some(labels.grid, _front(tissue)))) <= skin.limit_mm)
+    if front < LEAST_IN_BODY:
+        raise ImageError(
+            f"{100 * front:.0f} % of the front of the labelled tissue lie within {skin.limit_mm:.0f} mm of "
+            f"the skin that the image shows, at least {100 * LEAST_IN_BODY:.0f} % should; the image ends at "
+            f"{skin.ends()}: give both of one position and in one frame (LPS, mm)"
+        )
+
+
+def _front(tissue: np.ndarray) -> np.ndarray:
+    """The foremost voxels (n, 3) of a mask (nz, ny, nx), one of each line from front to back."""
+    k, i = np.nonzero(tissue.any(axis=1))
+    return np.stack([k, tissue.argmax(axis=1)[k, i], i], axis=1)
+
+
+def _some(grid: Grid, voxels: np.ndarray) -> np.ndarray:
+    """Points (m, 3) of MOST_COMPARED voxels (n, 3), or somewhat more, or of all."""
+    return grid.points(voxels[:: 1 + len(voxels) // MOST_COMPARED].astype(float))
 
 
 def _require_no_mistake(listed: Fiducials, skin: Skin, n_bad: int) -> None:

@@ -455,7 +455,7 @@ def test_what_is_wrong_with_one_row_hides_nothing_of_another():
     with pytest.raises(ConfigurationError) as error:
         check_volunteers(rows, file="volunteers.tsv")
     first, second = str(error.value).splitlines()
-    assert "prone: gravity 'down' is no direction" in first
+    assert "prone: gravity 'down' is no direction; write three numbers with decimal points" in first
     assert "supine, lacks images" in second
 
 

@@ -157,3 +157,12 @@ def test_labels_in_another_frame_are_rejected(shift):
     labels = tiny_labels()
     with pytest.raises(ImageError, match=r"\d+ % of the labelled tissue lie in the body .* at least 50 %"):
         require_drawn_in(moved(labels, shift), tiny_image(labels))
+
+
+@pytest.mark.parametrize("shift", [[0.0, 40.0, 0.0], [0.0, -20.0, 0.0]])
+def test_labels_that_lie_in_the_body_and_off_its_skin_are_rejected(shift):
+    labels = tiny_labels()
+    with pytest.raises(
+        ImageError, match=r"^\d+ % of the front of the labelled tissue lie within .* of one posi"
+    ):
+        require_drawn_in(moved(labels, shift), tiny_image(labels))
