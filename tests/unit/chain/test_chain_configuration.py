@@ -13,6 +13,7 @@ import yaml
 
 from mammosim.chain.advice import UNITS
 from mammosim.chain.configuration import (
+    absent,
     check_columns,
     check_listed,
     check_settings,
@@ -436,6 +437,17 @@ def test_every_path_of_a_row_must_be_there(kind):
     rows = [row | {"labels": f"map_{row['position']}"} for row in table()]
     with pytest.raises(ConfigurationError, match=f"a', prone: {kind} 'none': is not there; correct the path"):
         check_volunteers([rows[0] | {kind: "none"}, rows[1]], file="t.tsv", there=lambda path: path != "none")
+
+
+@pytest.mark.parametrize("kind", ["images", "labels", "strokes", "fiducials"])
+def test_whose_files_are_not_there_is_told_with_the_first_of_them(kind):
+    rows = [
+        *({"volunteer": v, "position": "prone", "images": f"{v}/scan"} for v in ("ada", "bea")),
+        {"volunteer": "bea", "position": "supine", "images": "bea/supine", kind: "none"},
+        {"volunteer": "bea", "position": "supine_tilted", "images": "none either"},
+    ]
+    assert absent(rows, there=lambda path: "none" not in path) == {"bea": f"{kind} none"}
+    assert absent(rows, there=lambda path: True) == {}
 
 
 def test_a_volunteer_of_ones_own_has_no_name_of_a_digital_one():
