@@ -64,7 +64,7 @@ rule import_image:
     benchmark:
         "results/benchmarks/import_image/{v}_{p}.tsv"
     resources:
-        mem_mb=1000,
+        mem_mb=2000,
     script:
         "../scripts/import_image.py"
 
