@@ -104,7 +104,7 @@ rule register:
     benchmark:
         "results/benchmarks/register/{v}_{p}.tsv"
     resources:
-        mem_mb=2000,
+        mem_mb=5000,
     script:
         "../scripts/stage.py"
 
