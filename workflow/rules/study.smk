@@ -1,5 +1,6 @@
 # Tables of the whole study, one per stage, and the numbers that the report quotes.
-NOT_PLANNED = {v: allowed.not_planned(lacking(v)) for v in WOMEN}
+NOT_PLANNED = {v: [("study of her", f"{what} is not there")] for v, what in LEFT_OUT.items()}
+NOT_PLANNED |= {v: allowed.not_planned(lacking(v)) for v in WOMEN}
 if workflow.is_main_process:
     for v, rows in NOT_PLANNED.items():
         if rows:

@@ -21,7 +21,7 @@ from mammosim.imaging.markers import worn_on_chest
 from mammosim.imaging.plausible_labels import require_drawn_in
 from mammosim.imaging.plausible_points import require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
-from mammosim.imaging.quality import image_quality, require_usable, shows_one_breast
+from mammosim.imaging.quality import image_quality, require_intensities, require_usable, shows_one_breast
 from mammosim.io.dicom import Series
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.label_maps import CodedMap, read_label_map
@@ -106,6 +106,7 @@ def look(files: dict[str, str], position: str, gravity: np.ndarray, asked: Asked
             scan = seen.scan = read_scan(files["images"], **asked.how)
             seen.notes += scan.notes
             seen.images["images"] = scan.image
+            intense(scan.image, files["images"])
             usable(scan.image, files["images"], position, gravity, scan.patient_position)
             alone = not {"labels", "listed"} & set(files)  # else the nipples tell, which are needed
             if alone and len(asked.sides) > 1 and shows_one_breast(scan.image):
@@ -143,6 +144,14 @@ def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str
     """Raise ImageError, which names the file, for an image or an outline that cannot be used."""
     try:
         require_usable(image, position=position, gravity=gravity, patient_position=tag)
+    except ImageError as error:
+        raise ImageError(f"{path}: {error}") from None
+
+
+def intense(image: Image, path: str) -> None:
+    """Raise ImageError, which names the file, for labels in the place of an image."""
+    try:
+        require_intensities(image)
     except ImageError as error:
         raise ImageError(f"{path}: {error}") from None
 

@@ -71,7 +71,7 @@ def deviation(limit: float) -> float:
 
     limit = t sqrt(tr C), of which each axis has a third: limit / (sqrt(3) t), in the unit of the limit.
     """
-    return limit / float(np.sqrt(3) * stats.t.ppf((1 + CONFIDENCE) / 2, np.prod(PARTS) - 1))
+    return limit / float(np.sqrt(3) * stdtrit(np.prod(PARTS) - 1, (1 + CONFIDENCE) / 2))
 
 
 @dataclass(frozen=True)

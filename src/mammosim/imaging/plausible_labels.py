@@ -22,7 +22,8 @@ from mammosim.core.volume import Grid, Image, LabelMap
 from mammosim.imaging.outline import coarsened
 from mammosim.imaging.plausible_points import VOXEL_MM, Skin
 
-# ASSUME: labels that were drawn in an image have half of their tissue, or more, in the body that it shows.
+# ASSUME: labels that were drawn in an image have half of their tissue, or more, in the body that it shows,
+# and half of their front, or more, on its skin.
 LEAST_IN_BODY = 0.5
 MOST_COMPARED, MOST_EXPLAINED = 5000, 200_000  # voxels
 AXES = ("left to right", "front to back", "head to feet")
@@ -80,7 +81,8 @@ class _Fit:
 def require_drawn_in(labels: LabelMap, image: Image) -> None:
     """Raise ImageError, a line without the files, where labels cannot have been drawn in an image.
 
-    That is: most of their tissue is outside the body, or they fit it better mirrored or turned round.
+    That is: most of their tissue is outside the body, or most of their front is off its skin, or they fit it
+    better mirrored or turned round.
     """
     skin = Skin.of(image)
     _require_in_body(labels, skin)
@@ -93,6 +95,7 @@ def require_drawn_in(labels: LabelMap, image: Image) -> None:
             f"the labels are not the image's way round: as given {given}; {words} {best}; export both again "
             "from one program, or correct the orientation of one of them"
         )
+    _require_on_skin(compared.front(lambda points, _: points), skin)
 
 
 def _require_in_body(labels: LabelMap, skin: Skin) -> None:
@@ -104,6 +107,16 @@ def _require_in_body(labels: LabelMap, skin: Skin) -> None:
             f"{100 * share:.0f} % of the labelled tissue lie in the body that the image shows, at least "
             f"{100 * LEAST_IN_BODY:.0f} % should; the image ends at {skin.ends()}: give both of one position "
             "and in one frame (LPS, mm)"
+        )
+
+
+def _require_on_skin(front: np.ndarray, skin: Skin) -> None:
+    share = np.mean(np.abs(skin.at(front)) <= skin.limit_mm)
+    if share < LEAST_IN_BODY:
+        raise ImageError(
+            f"{100 * share:.0f} % of the front of the labelled tissue lie within {skin.limit_mm:.0f} mm of "
+            f"the skin that the image shows, at least {100 * LEAST_IN_BODY:.0f} % should; the image ends at "
+            f"{skin.ends()}: give both of one position and in one frame (LPS, mm)"
         )
 
 
@@ -128,11 +141,15 @@ class _Compared:
         bright = np.minimum(I, np.percentile(I, 99))
         return cls(labels, skin, _ends(labels), image.grid.centres()[some], bright[some])
 
+    def front(self, correct: Correction) -> np.ndarray:
+        """Those ends (n, 3) mm that lie in front after a correction."""
+        ends = (correct(end, self.labels.grid) for end in self.ends)
+        return min(ends, key=lambda points: float(points[:, 1].mean()))
+
     def fit(self, correct: Correction) -> _Fit:
         """How well they fit after a correction that is its own inverse."""
         grid = self.labels.grid
-        front = min((correct(end, grid) for end in self.ends), key=lambda points: points[:, 1].mean())
-        d = np.abs(self.skin.at(front))
+        d = np.abs(self.skin.at(self.front(correct)))
         kji = np.rint(grid.indices(correct(self.centres, grid))).astype(int)
         there = np.all((kji >= 0) & (kji < grid.shape), axis=1)
         label = self.labels.values[tuple(kji[there].T)]

@@ -34,6 +34,7 @@ from mammosim.io.missing import require_there
 
 ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
 SHOWN = 8  # codes that a message lists
+ROUNDING = 1e-3  # of a code, by the slope that it was stored with
 GIVE = "give a preset, or a table of code and tissue"
 
 
@@ -214,11 +215,11 @@ def _grid(volume: sitk.Image, path: str) -> Grid:
 
 
 def _whole(values: np.ndarray, path: str) -> np.ndarray:
-    """Codes (nz, ny, nx) int32. Raises ImageError unless all values are whole numbers that fit."""
+    """Codes (nz, ny, nx) int32. Raises ImageError unless all values are whole ones, within ROUNDING."""
     if not np.isfinite(values).all():
         raise ImageError(f"{path} has values that are no numbers; export the label map again")
-    codes: np.ndarray = values.astype(np.int32)
-    if not np.array_equal(codes, values):
+    codes: np.ndarray = np.rint(values).astype(np.int32)
+    if not np.allclose(codes, values, rtol=0, atol=ROUNDING):
         low, high = float(values.min()), float(values.max())
         raise ImageError(
             f"{path} has values from {low:g} to {high:g} that are no whole numbers: is it an image?"

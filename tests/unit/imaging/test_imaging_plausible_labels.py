@@ -85,3 +85,12 @@ def test_labels_of_one_breast_are_not_taken_for_those_of_the_other():
     half[..., : half.shape[2] // 2] = Label.AIR
     for values in (half, np.where(half == Label.THORAX, np.uint8(Label.AIR), half)):
         require_drawn_in(replace(labels, values=values), tiny_image(labels))
+
+
+@pytest.mark.parametrize("shift", [[0.0, 40.0, 0.0], [0.0, -20.0, 0.0]])
+def test_labels_that_lie_in_the_body_and_off_its_skin_are_rejected(shift):
+    labels = tiny_labels()
+    with pytest.raises(
+        ImageError, match=r"^\d+ % of the front of the labelled tissue lie within .* of one posi"
+    ):
+        require_drawn_in(moved(labels, shift), tiny_image(labels))

@@ -134,6 +134,15 @@ def test_a_published_map_comes_straight_out_of_its_archive():
     assert breast.sum() * found.grid.voxel_volume == pytest.approx(4.655e6, rel=1e-3)
 
 
+def test_codes_that_a_slope_has_rounded_are_whole_ones_and_a_code_between_two_is_none(tmp_path):
+    """As of programs that store codes with a slope: 3 becomes 3.00006."""
+    codes = np.arange(60, dtype=np.float32).reshape(SHAPE) % 4
+    found = read_label_map(written(tmp_path / "scaled.nii", codes * np.float32(1.00002)))
+    np.testing.assert_array_equal(found.codes, codes)
+    with pytest.raises(ImageError, match="no whole numbers"):
+        read_label_map(written(tmp_path / "between.nii", codes * np.float32(0.9882)))
+
+
 def test_what_is_no_label_map_is_named(tmp_path):
     half = written(tmp_path / "half.nii", np.linspace(0, 0.5, 60, dtype=np.float32).reshape(SHAPE))
     with pytest.raises(ImageError, match=r"half\.nii has values from 0 to 0\.5 that are no whole numbers"):
