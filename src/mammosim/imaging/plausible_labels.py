@@ -90,7 +90,7 @@ def require_drawn_in(labels: LabelMap, image: Image) -> None:
     given = compared.fit(lambda points, _: points)
     fits = [(words, compared.fit(correct)) for words, correct in TURNED]
     words, best = min(fits, key=lambda fit: fit[1].d)
-    if best.is_better(given):
+    if best.d <= skin.limit_mm and best.is_better(given):
         raise ImageError(
             f"the labels are not the image's way round: as given {given}; {words} {best}; export both again "
             "from one program, or correct the orientation of one of them"
