@@ -22,12 +22,12 @@ def keep_names_apart(figure: Figure) -> None:
     if not axes:
         return
     figure.draw_without_rendering()
-    turned = [axis for axis in axes if _are_level(axis) and isinstance(axis, XAxis) and _too_close(axis)]
+    turned = [each for each in axes if _are_level(each) and isinstance(each, XAxis) and _too_close(each)]
     if turned:
         # What stands upright takes its room from a figure that is so much higher.
         figure.set_figheight(figure.get_figheight() + max(map(_room, turned)) / GAP / DPI)
-        for axis in turned:
-            axis.set_tick_params(rotation=90)
+        for each in turned:
+            each.set_tick_params(rotation=90)
         figure.draw_without_rendering()
     for axis in axes:
         if _too_close(axis):
