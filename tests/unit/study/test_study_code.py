@@ -65,6 +65,19 @@ def test_another_version_of_a_package_counts_for_what_imports_it_and_for_nothing
     assert renewed[1] == before[1]
 
 
+def test_a_job_that_makes_no_picture_does_not_depend_on_what_draws_them(repository):
+    """It may have to write a notice in the place of one."""
+    sources, scripts = Sources(repository / "src"), repository / "workflow/scripts"
+
+    def packages(name):
+        script = scripts / name
+        return {each for path in (script, *sources.dependencies([script])) for each in sources.read(path)[2]}
+
+    assert "numpy" in packages("stage.py")
+    assert {"matplotlib", "pillow"}.isdisjoint(packages("stage.py"))
+    assert "pillow" in packages("figure.py")
+
+
 def test_several_lines_names_and_comments():
     text = "from mammosim.io import (\n    images,  # of voxels\n    tables as t,\n)\nimport mammosim.core\n"
     assert set(imported(text)) == {
