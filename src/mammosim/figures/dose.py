@@ -138,13 +138,9 @@ def trade_off(table: pd.DataFrame) -> Figure:
         for breast, rows in table.groupby("breast", sort=False):
             _draw_breast(ax, rows.sort_values("thickness_mm"), column, error, colour[str(breast)])
         for strategy, rows in table.groupby("strategy", sort=False):
+            colours_of = list(rows.breast.map(colour))
             ax.scatter(
-                rows.thickness_mm,
-                rows[column],
-                size**2,
-                list(rows.breast.map(colour)),
-                marker[strategy],
-                zorder=3,
+                rows.thickness_mm, rows[column], s=size**2, c=colours_of, marker=marker[strategy], zorder=3
             )
         ax.set_ylabel(label)
         ax.set_ylim(0, 1.08 * ax.dataLim.y1)

@@ -400,7 +400,6 @@ def overlap(one: Any, other: Any) -> bool:
         (lambda n: searched(2, n, 2), "way"),
         (lambda n: above(1, 1, n), "set"),
         (beams, "name"),
-        (lambda n: solved_by(1, n + 1), "name"),
     ],
 )
 @pytest.mark.parametrize("n", [7, 100])
