@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
 
-.PHONY: study smoke robust machines peers test lint format lock clean
+.PHONY: study smoke robust machines peers test test-faults lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -23,6 +23,9 @@ machines: $(VENV)/ready  ## before a release: the tiny study as on processors wi
 
 test: $(VENV)/ready  ## physical laws, units, error messages, and the whole chain on the smoke configuration
 	$(BIN)/pytest --numprocesses $(CORES) --no-loadscope-reorder
+
+test-faults: $(VENV)/ready  ## before a release: kills, full and read-only disks, files that are cut off (an hour)
+	$(BIN)/pytest -m faults -s
 
 lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
 	$(BIN)/ruff format --check .

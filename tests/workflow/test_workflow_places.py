@@ -1,5 +1,6 @@
 """The study runs wherever it lies, and what it made stays valid when it is moved."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -7,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 
-def test_blanks_and_umlauts_in_every_path(study, tmp_path):
+def test_blanks_and_umlauts_in_every_path_and_no_locale(study, tmp_path):
     home, run = tmp_path / "meine Prüfung", tmp_path / "the results"
     shutil.copytree(study.home, home)
     run.mkdir()
@@ -18,7 +19,9 @@ def test_blanks_and_umlauts_in_every_path(study, tmp_path):
         *("--directory", str(run), "--configfile", str(home / "config/smoke.yaml"), "--cores", "2"),
         *("--workflow-profile", "none", "results/truth/small/stress_free.vtu"),
     ]
-    ended = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    locale = {"LC_ALL": "C", "LANG": "C"}
+    ended = subprocess.run(command, env=os.environ | locale, text=True, check=False, **pipes)
     assert ended.returncode == 0, ended.stdout[-3000:]
     assert (run / "results/truth/small/stress_free.vtu").exists()
 

@@ -1,9 +1,12 @@
 # What the package files say that a job depends on: editing one reruns what follows from it. Recorded by content,
 # so that a copied or moved checkout is still up to date.
-from mammosim.study.jobs.code import Sources
+from mammosim.study.jobs.code import Sources, locked
 
 # The table of the stages is left out: what it says of a job shows in the job's own inputs and parameters.
-SOURCES = Sources(HOME / "src", frozenset({PACKAGE / "chain" / "stages.py"}))
+# A package of the lock that is renewed reruns what imports it, and nothing else.
+SOURCES = Sources(
+    HOME / "src", frozenset({PACKAGE / "chain" / "stages.py"}), locked((HOME / "environment.lock").read_text(encoding="utf-8"))
+)
 
 
 @cache

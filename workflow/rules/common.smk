@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
 from mammosim.chain import configuration, relations
 from mammosim.chain.graph import overridden
@@ -122,6 +123,11 @@ def stems(folder):
 
 if os.path.lexists("results") and not Path("results").is_dir():
     raise WorkflowError(f"{Path('results').absolute()} is no folder; move it, or run the study with --directory elsewhere")
+if workflow.is_main_process and Path("results/checked").is_dir() and not any(Path(".snakemake/metadata").glob("*")):
+    logger.warning(
+        "results/ came without .snakemake: no record says with which settings, data and versions they were made, and "
+        "they are taken as they are. Copy .snakemake with them, or make them anew by --forceall."
+    )
 GIVEN = given_settings()
 KNOWN = known_names()
 checked(config, "config", GIVEN, known=KNOWN)

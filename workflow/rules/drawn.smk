@@ -2,8 +2,8 @@
 # files, which a function of workflow/scripts/drawn reads and draws (PICTURED).
 DRAWN = {
     "sweep": ("deformation.sweep", ["sweep"]),
-    "convergence": ("deformation.convergence", ["stress_free"]),
-    "unloading": ("deformation.unloading", ["unloading"]),
+    "convergence": ("unloading.convergence", ["stress_free"]),
+    "unloading": ("unloading.unloading", ["unloading"]),
     "curves": ("strategies.curves", ["compression_path"]),
     "amounts": ("strategies.amounts", ["compression_amounts"]),
     "trade_off": ("dose.trade_off", ["trade_off"]),

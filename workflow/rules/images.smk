@@ -6,6 +6,7 @@ rule check_input:
     input:
         images=lambda wildcards: row(wildcards).images or [],
         labels=lambda wildcards: row(wildcards).labels or [],
+        files=lambda wildcards: [*files_of(row(wildcards).images), *files_of(row(wildcards).labels)],
         codes=codes_file,
         listed=lambda wildcards: row(wildcards).fiducials or [],
         strokes=lambda wildcards: row(wildcards).strokes or [],
@@ -19,6 +20,7 @@ rule check_input:
         sides=config["compression"]["sides"],
         labels=lambda wildcards: config["labels"] | {"codes": row(wildcards).codes},
         element_mm=config["mesh"]["element_mm"],
+        content=lambda wildcards: content_of(row(wildcards).images, row(wildcards).labels),
         library=library("check_input.py"),
     log:
         "results/logs/check_input/{v}_{p}.log",
@@ -54,10 +56,12 @@ rule import_image:
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
         images=lambda wildcards: row(wildcards).images,
+        files=lambda wildcards: files_of(row(wildcards).images),
     output:
         "results/images/{v}/{p}.nii.gz",
     params:
         how=lambda wildcards: series_of(row(wildcards)),
+        content=lambda wildcards: content_of(row(wildcards).images),
         library=library("import_image.py"),
     log:
         "results/logs/import_image/{v}_{p}.log",
@@ -134,6 +138,7 @@ rule take_labels:
     """Tissue labels of one position that a person gave, in the place of a segmentation."""
     input:
         unpack(reads("labels")),
+        files=lambda wildcards: files_of(row(wildcards).labels),
         codes=codes_file,
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
@@ -141,6 +146,7 @@ rule take_labels:
         **writes("labels"),
     params:
         **runs("labels"),
+        content=lambda wildcards: content_of(row(wildcards).labels),
         library=library("stage.py", "labels"),
     wildcard_constraints:
         v=one_of(LABELLED),

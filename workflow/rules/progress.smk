@@ -1,15 +1,26 @@
 # The time left, learned from the jobs that end; long chains of jobs first; and what failed, said at the end.
 import logging
+import signal
+import threading
 import time
+from contextlib import suppress
+
+import psutil
 
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from mammosim.study.jobs.last_words import Failure, last_words, missing_in_brief
-from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded
+from mammosim.study.jobs.last_words import Failure, Run, interrupted, last_words, locked, missing_in_brief
+from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded, time_words
 
 # What Snakemake says behind the last words, which say it, too.
 REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one job did not complete")
+
+# What is left out when a person has ended a run.
+ENDING_WORDS = ("Will exit after", "Shutting down,")
+SILENT = (LogEvent.JOB_ERROR, LogEvent.ERROR, LogEvent.GROUP_ERROR)
+# Whose run it is that has locked the folder.
+LOCKED_BY = Path(".snakemake/mammosim_run")
 
 # An input that is rejected ends the run at once: it is to be mended before anything long runs.
 ENDING_RULES = ("check_input",)
@@ -26,6 +37,25 @@ class Progress(logging.Handler):
         super().__init__()
         self.time_left, self.start = TimeLeft(costs, cores), time.time()
         self.ended = None
+        self.interrupted = False
+
+    def interrupt(self, number, frame):
+        """What Ctrl-C does: jobs end at once, and what they say of it is left out; a second one ends this process."""
+        if self.interrupted:
+            signal.default_int_handler(number, frame)
+        self.interrupted = True
+        # Ctrl-C comes at any moment, also while this thread has the lock of the scheduler.
+        threading.Thread(target=self.end_jobs, daemon=True).start()
+
+    def end_jobs(self):
+        """Let no job begin any more, and end those that run."""
+        logger.addFilter(
+            lambda record: getattr(record, "event", None) not in SILENT and not str(record.msg).startswith(ENDING_WORDS)
+        )
+        workflow.scheduler.exit_gracefully()
+        for job in psutil.Process().children(recursive=True):
+            with suppress(psutil.Error):
+                job.terminate()
 
     def emit(self, record):
         # Snakemake would end the run on an error in here.
@@ -63,7 +93,7 @@ class Progress(logging.Handler):
         return needs, {i: job.rule.name for i, job in jobs.items()}
 
     def words(self):
-        """The time left, and the time so far."""
+        """A bar, the time left, and the time so far."""
         needs, rules = self.to_do()
         failed = {workflow.dag.jobid(job) for job in workflow.scheduler.failed}
         # One whose outputs were not there when it had ended has said no more.
@@ -73,7 +103,7 @@ class Progress(logging.Handler):
         out = {self.ended} | failed | stranded(needs, failed)
         now = time.time()
         left = self.time_left.left({job: needs[job] for job in needs if job not in out}, rules, now)
-        return f"about {max(left / 60, 1):.0f} min left, {(now - self.start) / 60:.0f} min so far"
+        return time_words(now - self.start, left)
 
     def learn(self):
         """What jobs took in this folder before: those of a rule together as much as one job of this run."""
@@ -97,15 +127,18 @@ class Progress(logging.Handler):
 
     def last_words(self, run_log):
         """Which jobs failed, why, and where their logs are; run_log: the files of what Snakemake has said."""
+        said = Path(run_log[0]) if run_log else None
+        if self.interrupted:
+            return interrupted(left=len(self.to_do()[0]), results=Path("results").resolve(), run_log=said)
         failed = workflow.scheduler.failed
         names = [self.label(job.rule.name, job.wildcards_dict) for job in failed]
         logs = [Path(job.log[0]).resolve() if job.log else None for job in failed]
         return last_words(
-            map(Failure, names, logs),
+            map(Failure, names, logs, [job.resources.get("mem_mb") for job in failed]),
             not_run=len(self.to_do()[0]) - len(failed),
             stopped=not workflow.scheduler.keepgoing,
             results=Path("results").resolve(),
-            run_log=Path(run_log[0]) if run_log else None,
+            run_log=said,
             since=self.start,
         )
 
@@ -114,9 +147,16 @@ if workflow.is_main_process and not workflow.dryrun:
     costs = {row["rule"]: float(row["seconds"]) for row in read_plain(home("config/costs.tsv"))}
     PROGRESS = Progress(costs, workflow.nodes or workflow.cores or 1)
     logger.addHandler(PROGRESS)
+    if not {"--unlock", "--nolock"} & set(sys.argv) and any(Path(".snakemake/locks").glob("*")):
+        raise WorkflowError(locked(Run.read(LOCKED_BY), Path().absolute()))
 
 
 onstart:
+    Run.here().write(LOCKED_BY)
+    signal.signal(signal.SIGINT, PROGRESS.interrupt)
+    if (pool := getattr(workflow.scheduler._local_executor or workflow.scheduler._executor, "pool", None)) is not None:
+        # Threads that start jobs leave Ctrl-C to this one: jobs inherit that, and end when they are told.
+        pool._initializer = lambda: signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     PROGRESS.learn()
     PROGRESS.longest_chain_first()
     # Under a limit of jobs per second, the scheduler examines every ready job once a second for each job that has

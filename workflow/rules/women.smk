@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from mammosim.chain import allowed
 from mammosim.core.positions import GRAVITY
 from mammosim.io.label_codes import is_preset
+from mammosim.io.parts import heads, parts
 
 
 def tissue_table(name):
@@ -159,6 +160,18 @@ def over(template, women=WOMEN, **values):
 def row(wildcards):
     """The line of the volunteer table."""
     return VOLUNTEERS[wildcards.v, wildcards.p]
+
+
+@cache
+def files_of(path):
+    """The files that a path of the table stands for; none of what the study makes itself."""
+    return [] if path.startswith("results/") else parts(path)
+
+
+@cache
+def content_of(*paths):
+    """A digest by which these files are known, whatever their dates."""
+    return heads(file for path in paths for file in files_of(path))
 
 
 def codes_file(wildcards):

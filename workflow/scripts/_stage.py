@@ -8,6 +8,7 @@ import logging
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +52,8 @@ def settings(snakemake) -> dict[str, Any]:
 def write_in_place(path: str, reason: str, job: dict[str, str]) -> None:
     """The reason in the place of one output."""
     if Path(path).suffix == ".png":
-        from mammosim.figures.status import notice
-        from mammosim.io.figures import write_figure
-
-        write_figure(notice(reason), path, missing=reason)
+        # By name: a job that makes no picture does not depend on what draws and writes them.
+        notice = import_module("mammosim.figures.status").notice
+        import_module("mammosim.io.figures").write_figure(notice(reason), path, missing=reason)
     else:
         write_missing(path, reason, job=job)

@@ -219,7 +219,7 @@ def check_strokes(path: str, image: Image | None) -> None:
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
     main(
-        {name: path for name, path in snakemake.input.items() if path and name != "codes"},
+        {name: path for name, path in snakemake.input.items() if path and name not in ("codes", "files")},
         {"volunteer": snakemake.wildcards.v, "position": snakemake.wildcards.p},
         np.array(snakemake.params.gravity.split(), float),
         Asked(

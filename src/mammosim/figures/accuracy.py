@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from mammosim.figures.series import panels
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SERIES, VERMILION, WIDTH, new_figure, styled
 from mammosim.study.accuracy.errors import on_front
 from mammosim.study.accuracy.trial import CHAIN
@@ -29,9 +30,7 @@ def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
     """
     rows = table[(table["quantity"] == quantity) & table.error.notna()]
     parameters = list(dict.fromkeys(rows.parameter))
-    n_row = -(-max(len(parameters), 1) // COLUMNS)
-    figure = new_figure(0.9 + 1.9 * n_row)
-    axes = figure.subplots(n_row, COLUMNS, squeeze=False).ravel()
+    figure, axes = panels(max(len(parameters), COLUMNS), 1.9, extra=0.9, columns=COLUMNS)
     for ax, parameter in zip(axes, parameters):
         _curve(ax, rows[rows.parameter == parameter].reset_index(drop=True))
         ax.set_title(parameter.replace("_", " "), fontsize=8.5)

@@ -1,14 +1,17 @@
 """Beams, glandular dose by several routes and beside AAPM report 195, and what thickness costs."""
 
-from itertools import cycle
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from mammosim.figures.style import INK, QUIET, SERIES, new_figure, series_colour, styled
+from mammosim.figures.series import MOST, add_legend, colours, labelled, markers, numbered, panels, some
+from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
+
+BEAM_ROW = 0.15  # inches of a beam among many
 
 
 @styled
@@ -17,17 +20,18 @@ def spectra(table: pd.DataFrame, quality: pd.DataFrame) -> Figure:
 
     table: energy_kev, photons_per_mm2_mas, beam; quality: rows of xray.quality.quality_table of these beams.
     """
-    figure = new_figure(3.0)
-    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
     names = list(quality.beam)
+    figure = new_figure(max(3.0, 0.7 + BEAM_ROW * len(names)))
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    colour = colours(names[1:])
     for number, name in reversed(list(enumerate(names))):
         rows = table[table.beam == name]
         share = rows.photons_per_mm2_mas / rows.photons_per_mm2_mas.sum()
-        colour, width = (INK, 2.0) if number == 0 else (SERIES[(number - 1) % len(SERIES)], 1.0)
-        left.plot(rows.energy_kev, share, color=colour, lw=width, label=name)
+        hue, width = (INK, 2.0) if number == 0 else (colour[name], 1.0)
+        left.plot(rows.energy_kev, share, color=hue, lw=width, label=name)
     left.set(xlabel="energy (keV)", ylabel="share of the photons")
     left.set_ylim(bottom=0)
-    left.legend(reverse=True, fontsize=7)
+    left.legend(handles=some(labelled(left)[::-1], "beams"), fontsize=7)
     places = range(len(names))
     right.barh(places, quality.hvl_behind_mm_al, color=QUIET, height=0.6, label="behind the paddle")
     right.plot(quality.hvl_mm_al, places, "o", color=INK, ms=4, label="before it")
@@ -39,9 +43,6 @@ def spectra(table: pd.DataFrame, quality: pd.DataFrame) -> Figure:
     return figure
 
 
-MARKERS = ("o", "s", "D", "^", "v", "P")
-
-
 @styled
 def report195(table: pd.DataFrame) -> Figure:
     """Our energies less those of AAPM report 195, percent, three standard errors and tolerances; per beam.
@@ -49,8 +50,7 @@ def report195(table: pd.DataFrame) -> Figure:
     table: rows of xray.verification.report195_rows.
     """
     beams = list(dict.fromkeys(table.beam))
-    figure = new_figure(2.8)
-    axes = figure.subplots(1, len(beams), squeeze=False, sharey=True)[0]
+    figure, axes = panels(len(beams), 2.8, sharey=True)
     for ax, beam in zip(axes, beams):
         rows = table[table.beam == beam].reset_index(drop=True)
         ax.bar(
@@ -66,7 +66,8 @@ def report195(table: pd.DataFrame) -> Figure:
         ax.set_xticks(rows.index, rows.quantity, rotation=30, ha="right", fontsize=7)
         ax.set_title(beam)
         ax.grid(False, axis="x")
-    axes[0].set_ylabel("ours less AAPM 195 (%)")
+    for ax in axes[::MOST]:
+        ax.set_ylabel("ours less AAPM 195 (%)")
     return figure
 
 
@@ -79,41 +80,43 @@ def dose_routes(routes: pd.DataFrame, standard: pd.DataFrame) -> Figure:
     figure = new_figure(3.0)
     left, right = figure.subplots(1, 2, sharey=True)
     breasts = list(dict.fromkeys(routes.volunteer + " " + routes.side))
-    for number, ((route, protocol), rows) in enumerate(routes.groupby(["route", "protocol"], sort=False)):
+    ways = routes.groupby(["route", "protocol"], sort=False)
+    looks = _looks(max(len(ways), 1 + standard.route.nunique()))
+    step = min(0.2, 0.6 / len(ways))
+    for number, ((route, protocol), rows) in enumerate(ways):
         label = protocol if route in protocol else f"{protocol}, {route}"
-        places = [breasts.index(name) + 0.2 * (number - 1) for name in rows.volunteer + " " + rows.side]
-        left.errorbar(
-            places, rows.agd_mgy_per_mgy, 2 * rows.standard_error, label=label, **_route_style(number)
-        )
+        places = [breasts.index(name) + step * (number - 1) for name in rows.volunteer + " " + rows.side]
+        left.errorbar(places, rows.agd_mgy_per_mgy, 2 * rows.standard_error, label=label, **looks[number])
     left.set_xlim(-0.6, len(breasts) - 0.4)
     left.set_xticks(np.arange(len(breasts)), breasts)
     left.set_title("this study's breasts", fontsize=8.5)
     left.grid(False, axis="x")
-    for (_, rows), number in zip(standard.groupby("route", sort=False), (1, 2)):
-        right.errorbar(
-            rows.thickness_mm, rows.agd_mgy_per_mgy, 2 * rows.standard_error, ls="-", **_route_style(number)
-        )
+    for number, (_, rows) in enumerate(standard.groupby("route", sort=False), start=1):
+        error = 2 * rows.standard_error
+        right.errorbar(rows.thickness_mm, rows.agd_mgy_per_mgy, error, ls="-", **looks[number])
     right.set(xlabel="thickness (mm)")
     right.set_title(f"standard breasts, {standard.glandularity_percent.iloc[0]:.0f} % gland", fontsize=8.5)
     left.set_ylabel("glandular dose per incident\nair kerma (mGy/mGy)")
     left.set_ylim(bottom=0)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=1, fontsize=7.5)
+    handles = labelled(left)
+    add_legend(figure, handles, ncols=1 if len(handles) <= MOST else 3, fontsize=7.5)
     return figure
 
 
-def _route_style(number: int) -> dict[str, Any]:
-    """Marker and colour of a route."""
-    return {"fmt": MARKERS[number % len(MARKERS)], "color": series_colour(number), "ms": 5, "capsize": 3}
+def _looks(number: int) -> list[dict[str, Any]]:
+    """Marker and colour of each of so many routes."""
+    colour, marker = colours(range(number)), markers(range(number))
+    return [{"fmt": marker[k], "color": colour[k], "ms": 5, "capsize": 3} for k in range(number)]
 
 
-# Column, its error bars (below and above, or one for both), label.
+# Column, its error, label.
 TRADE_OFF_PANELS = (
-    ("dose_mgy", ("dose_se_mgy",), "glandular dose (mGy),\nMonte Carlo, this breast"),
-    ("mas", (), "automatic exposure (mAs)"),
-    ("scatter_to_primary", (), "scatter to primary"),
-    ("cnr_quantum", (), "mass: contrast over\nnoise of a pixel"),
-    ("calcification_cnr", (), "calcifications: contrast\nover noise of a pixel"),
-    ("calcification_d_expected", (), "calcifications: d' of\nan observer"),
+    ("dose_mgy", "dose_se_mgy", "glandular dose (mGy),\nMonte Carlo, this breast"),
+    ("mas", "", "automatic exposure (mAs)"),
+    ("scatter_to_primary", "", "scatter to primary"),
+    ("cnr_quantum", "", "mass: contrast over\nnoise of a pixel"),
+    ("calcification_cnr", "", "calcifications: contrast\nover noise of a pixel"),
+    ("calcification_d_expected", "", "calcifications: d' of\nan observer"),
 )
 
 
@@ -125,34 +128,35 @@ def trade_off(table: pd.DataFrame) -> Figure:
     """
     figure = new_figure(5.2)
     axes = figure.subplots(2, 3, sharex=True)
-    strategies = list(dict.fromkeys(table.strategy))
-    for ax, (column, errors, label) in zip(axes.ravel(), TRADE_OFF_PANELS):
-        for number, (_, rows) in enumerate(table.groupby(["volunteer", "side"])):
-            _draw_breast(
-                ax, rows.sort_values("thickness_mm"), column, errors, series_colour(number), strategies
+    strategies = dict.fromkeys(table.strategy)
+    table = table.assign(breast=table.volunteer + " " + table.side).sort_values(
+        ["volunteer", "side"], kind="stable"
+    )
+    colour, marker = colours(table.breast), numbered(strategies)
+    size = MARK if len(strategies) <= MOST else NUMBER
+    for ax, (column, error, label) in zip(axes.ravel(), TRADE_OFF_PANELS):
+        for breast, rows in table.groupby("breast", sort=False):
+            _draw_breast(ax, rows.sort_values("thickness_mm"), column, error, colour[str(breast)])
+        for strategy, rows in table.groupby("strategy", sort=False):
+            colours_of = list(rows.breast.map(colour))
+            ax.scatter(
+                rows.thickness_mm, rows[column], s=size**2, c=colours_of, marker=marker[strategy], zorder=3
             )
         ax.set_ylabel(label)
         ax.set_ylim(0, 1.08 * ax.dataLim.y1)
     for ax in axes[-1]:
         ax.set_xlabel("compressed thickness (mm)")
-    for number, (breast, _) in enumerate(table.groupby(["volunteer", "side"])):
-        axes[0, 0].plot([], [], color=series_colour(number), label=" ".join(breast))
-    for strategy, marker in zip(strategies, cycle(MARKERS)):
-        axes[0, 0].plot([], [], marker, color=QUIET, label=strategy)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    breasts = [Line2D([], [], color=each, label=name) for name, each in colour.items()]
+    ways = [Line2D([], [], ls="", marker=each, color=QUIET, label=name) for name, each in marker.items()]
+    add_legend(figure, [*some(breasts, "breasts"), *ways])
     return figure
 
 
-def _draw_breast(
-    ax: Axes, rows: pd.DataFrame, column: str, errors: tuple[str, ...], colour: str, strategies: list[str]
-) -> None:
-    """One breast: a line through its strategies."""
+MARK, NUMBER = 4.5, 7.5  # points
+
+
+def _draw_breast(ax: Axes, rows: pd.DataFrame, column: str, error: str, colour: str) -> None:
+    """One breast: a line through its strategies, with error bars."""
     ax.plot(rows.thickness_mm, rows[column], color=colour, lw=1)
-    for row in rows.itertuples():
-        value = getattr(row, column)
-        bar: Any = getattr(row, errors[0]) if len(errors) == 1 else None
-        if len(errors) == 2:
-            low, high = (getattr(row, name) for name in errors)
-            bar = [[value - low], [high - value]]
-        marker = MARKERS[strategies.index(row.strategy) % len(MARKERS)]
-        ax.errorbar(row.thickness_mm, value, bar, fmt=marker, color=colour, ms=4.5, capsize=2, lw=1)
+    if error:
+        ax.errorbar(rows.thickness_mm, rows[column], rows[error], fmt="none", color=colour, capsize=2, lw=1)

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from mammosim.chain.quantities import QUANTILE
+from mammosim.figures.series import add_legend, colours, some
 from mammosim.figures.style import (
     BLUE,
     INK,
@@ -18,7 +19,6 @@ from mammosim.figures.style import (
     SEQUENTIAL,
     VERMILION,
     new_figure,
-    series_colour,
     styled,
 )
 
@@ -44,11 +44,14 @@ def identification(
     return figure
 
 
+NUMBERED = 8  # pairs of moduli along a side of the grid whose numbers have room
+
+
 def _draw_map(figure: Figure, ax: Axes, grid: pd.DataFrame) -> None:
     left = grid.pivot(index="skin_kpa", columns="breast_kpa", values="skin_rms_mm")
     picture = ax.imshow(np.ma.masked_invalid(left), origin="lower", cmap=SEQUENTIAL, aspect="auto")
     middle = np.nanmean([np.nanmin(left.values), np.nanmax(left.values)])
-    for i, row in enumerate(left.values):
+    for i, row in enumerate(left.values if max(left.shape) <= NUMBERED else ()):
         for j, value in enumerate(row):
             words = f"{value:.2f}" if np.isfinite(value) else "failed"
             colour = "white" if np.isfinite(value) and value < middle else INK
@@ -199,23 +202,19 @@ def softening(table: pd.DataFrame) -> Figure:
     table: rows of study.identification.softening with volunteer and side.
     """
     figure = new_figure(4.6)
-    breasts = list(table.groupby(["volunteer", "side"], sort=False))
+    breasts = {" ".join(name): part for name, part in table.groupby(["volunteer", "side"], sort=False)}
+    colour = colours(breasts)
     for ax, (column, (title, label)) in zip(figure.subplots(2, 2).ravel(), SOFTENING_PANELS.items()):
-        for number, (_, part) in enumerate(breasts):
+        for name, part in breasts.items():
             today = part[part.factor == 1.0]
             for tissue, line in SOFTENING_LINES.items():
                 rows = pd.concat([today, part[(part.tissue == tissue) & (part.factor != 1.0)]])
                 rows = rows.sort_values("factor")
-                ax.plot(
-                    100 * (rows.factor - 1), rows[column], line, marker="o", ms=4, color=series_colour(number)
-                )
+                ax.plot(100 * (rows.factor - 1), rows[column], line, marker="o", ms=4, color=colour[name])
         ax.set(title=title, ylabel=label, xlabel="change of the moduli (%)")
-    marks = [
-        Line2D([], [], color=series_colour(number), label=" ".join(name))
-        for number, (name, _) in enumerate(breasts)
-    ]
+    marks = some([Line2D([], [], color=each, label=name) for name, each in colour.items()], "breasts")
     marks += [
         Line2D([], [], color=INK, ls=line, label=f"{name} changed") for name, line in SOFTENING_LINES.items()
     ]
-    figure.legend(handles=marks, loc="outside lower center", ncols=4)
+    add_legend(figure, marks)
     return figure

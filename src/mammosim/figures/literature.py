@@ -84,9 +84,10 @@ def gravity_and_compression(fitted: pd.DataFrame, ratios: pd.DataFrame) -> Figur
     tissues = [t for t in ("breast", "adipose", "glandular", "skin", "lesion") if t in set(rows.tissue)]
     shown = rows[rows.under.isin(["gravity", "compression"]) & rows.tissue.isin(tissues)]
     for tissue, group in shown.groupby("tissue", sort=False):
+        step = min(0.08, 0.5 / len(group))
         for number, row in enumerate(group.itertuples()):
             fits = str(row.source).startswith("this study")
-            place = tissues.index(str(tissue)) + (0.3 if row.under == "compression" else 0.08 * number - 0.3)
+            place = tissues.index(str(tissue)) + (0.3 if row.under == "compression" else step * number - 0.3)
             colour = COLOURS[FITTED] if fits else UNDER[str(row.under)]
             fill = "none" if row.status == "not identifiable" else "full"
             ax.vlines(place, row.low_kpa, row.high_kpa, colors=colour, lw=3)

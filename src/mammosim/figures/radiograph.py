@@ -11,7 +11,7 @@ from matplotlib.patches import Circle
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap
 from mammosim.figures.slices import draw_labels, tissue_legend
-from mammosim.figures.style import ORANGE, new_figure, series_colour, styled
+from mammosim.figures.style import ORANGE, SERIES, new_figure, styled
 
 # Attenuation, -ln(transmission), above which a pixel is breast: more than the beam falls towards the corners
 # of the field, less than 1 cm of fat.
@@ -127,12 +127,12 @@ def tomosynthesis(
         ax.set_title(f"{TITLES[method]}, through the lesion", fontsize=8.5)
     _draw_slice_of_breast(axes[1, 0], slices["sart"], lesion, AWAY_MM, side)
     axes[1, 0].set_title(f"SART, {AWAY_MM:g} mm higher", fontsize=8.5)
-    for number, (method, rows) in enumerate(profiles.groupby("method", sort=False)):
+    for colour, (method, rows) in zip(SERIES, profiles.groupby("method", sort=False)):
         peak = rows.difference_per_mm[rows.height_mm == 0].iloc[0]
         axes[1, 1].plot(
             rows.height_mm,
             rows.difference_per_mm / peak,
-            color=series_colour(number),
+            color=colour,
             label=TITLES[str(method)],
         )
     axes[1, 1].axhline(0, color="0.7", lw=0.8)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import cycle
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,30 +11,21 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.render import Camera, render
-from mammosim.figures.style import (
-    INK,
-    QUIET,
-    SEQUENTIAL,
-    SERIES,
-    new_figure,
-    picture_axes,
-    scale_bar,
-    series_colour,
-    styled,
-)
+from mammosim.figures.series import MOST, add_legend, colours, line_handles, lines, panels, some
+from mammosim.figures.style import INK, QUIET, SEQUENTIAL, new_figure, picture_axes, scale_bar, styled
 from mammosim.figures.surfaces import coloured_skin, cut_solid
 from mammosim.io.tabulated import tabulated
 
 QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
               ("mean_pressure_kpa", 1.0, "mean pressure (kPa)"),
               ("peak_pressure_kpa", 1.0, "peak pressure (kPa)"))  # fmt: skip
-LINES = ("-", "--", ":", "-.")
 CUT, ABOVE = Camera.at(62, 14), Camera.at(0, 89.9)
 UNTOUCHED = (0.88, 0.86, 0.84)
 FRAME_MM = 75.0  # around the middle of the plates
@@ -73,22 +64,36 @@ def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
     """Force, contact area, mean and peak pressure along every load path; a row per set of moduli.
 
     paths: rows of mechanics.compression.Compression.path with volunteer, side, strategy, moduli. A dot is
-    where a strategy stops. A line style per breast. marks: by default those of practice().
+    where a strategy stops. A colour per strategy, a line style per breast. Of more than MOST sets of moduli
+    each has a colour, and strategies of a breast a line style. marks: by default those of practice().
     Raises MissingResult where nothing was pressed.
     """
     require_pressed(paths)
-    moduli, strategies = list(dict.fromkeys(paths.moduli)), list(dict.fromkeys(paths.strategy))
-    figure = new_figure(0.9 + 2.1 * len(moduli))
-    axes = figure.subplots(len(moduli), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
-    breasts = list(dict.fromkeys(paths.volunteer + " " + paths.side))
-    for row, name in zip(axes, moduli):
-        for (_, strategy, breast), path in _paths(paths[paths.moduli == name]):
-            colour, line = (
-                series_colour(strategies.index(strategy)),
-                LINES[breasts.index(breast) % len(LINES)],
-            )
-            _draw_path(row, path, colour, line)
-        row[0].set_title(f"{name} moduli")
+    breast = paths.volunteer + " " + paths.side
+    if paths.moduli.nunique() <= MOST:
+        rows, coloured, lined = paths.moduli + " moduli", ("strategy", "strategies"), breast
+        what = "breasts"
+    else:
+        rows = pd.Series(f"{paths.moduli.nunique()} sets of moduli", paths.index)
+        coloured, lined = ("moduli", "sets of moduli"), paths.strategy + ", " + breast
+        what = "strategies of a breast"
+    names = list(dict.fromkeys(rows))
+    figure = new_figure(0.9 + 2.1 * len(names))
+    axes = figure.subplots(len(names), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
+    colour, line = colours(paths[coloured[0]]), lines(lined)
+    for (row, name, way), path in paths.groupby([rows, paths[coloured[0]], lined], sort=False):
+        _draw_path(axes[names.index(row)], path, colour[name], line[way])
+    for row, name in zip(axes, names):
+        row[0].set_title(name)
+    _label_curves(axes)
+    _draw_marks(axes, marks or practice())
+    handles = [Line2D([], [], marker="o", ms=4, color=each, label=name) for name, each in colour.items()]
+    add_legend(figure, [*some(handles, coloured[1]), *line_handles(lined, what)])
+    return figure
+
+
+def _label_curves(axes: np.ndarray) -> None:
+    """What the axes are, by column; plates come together to the right."""
     for column, (_, _, label) in zip(axes.T, QUANTITIES):
         for panel in column:
             panel.set_ylabel(label)
@@ -96,17 +101,6 @@ def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
                 _logarithmic(panel)
         column[-1].set_xlabel("plates apart (mm)")
     axes[0, 0].xaxis.set_inverted(True)
-    _draw_marks(axes, marks or practice())
-    for strategy, colour in zip(strategies, cycle(SERIES)):
-        axes[0, 0].plot([], [], "o-", ms=4, color=colour, label=strategy)
-    for breast, line in zip(breasts, cycle(LINES)):
-        axes[0, 0].plot([], [], line, color=QUIET, label=breast)
-    figure.legend(loc="outside lower center", ncols=4)
-    return figure
-
-
-def _paths(paths: pd.DataFrame):  # type: ignore[no-untyped-def]
-    return paths.groupby([paths.moduli, paths.strategy, paths.volunteer + " " + paths.side], sort=False)
 
 
 def _logarithmic(ax: Axes) -> None:
@@ -117,11 +111,11 @@ def _logarithmic(ax: Axes) -> None:
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _draw_path(row: np.ndarray, path: pd.DataFrame, colour: str, line: str) -> None:
+def _draw_path(row: np.ndarray, path: pd.DataFrame, colour: str, line: Mapping[str, Any]) -> None:
     """One strategy of one breast in the panels of a row."""
     path = path[path.force_n > 0]
     for ax, (column, factor, _) in zip(row, QUANTITIES):
-        ax.plot(path.thickness_mm, factor * path[column], line, color=colour, lw=1.3)
+        ax.plot(path.thickness_mm, factor * path[column], color=colour, **line)
         ax.plot(path.thickness_mm.iloc[-1:], factor * path[column].iloc[-1:], "o", ms=4, color=colour)
 
 
@@ -145,8 +139,7 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     maps: strategy -> rows of chain.plates.thickness_map, none where it failed. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
-    figure = new_figure(2.7)
-    axes = figure.subplots(1, len(maps), squeeze=False, sharex=True, sharey=True)[0]
+    figure, axes = panels(len(maps), 2.7, sharex=True, sharey=True)
     medians = [rows.thickness_mm.median() for rows in maps.values() if len(rows)]
     scale = Normalize(0.6 * min(medians), 1.25 * max(medians))
     for ax, (name, rows) in zip(axes, maps.items()):
@@ -155,9 +148,10 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
         else:
             _draw_map(ax, rows, scale)
             ax.set_title(f"{name}\nmedian {rows.thickness_mm.median():.1f} mm", fontsize=8)
-    axes[0].set_ylabel("from the chest edge (mm)")
-    colours = ScalarMappable(scale, SEQUENTIAL)
-    figure.colorbar(colours, ax=axes, shrink=0.75, extend="both", label="thickness (mm)")
+    for ax in axes[::MOST]:
+        ax.set_ylabel("from the chest edge (mm)")
+    shown = ScalarMappable(scale, SEQUENTIAL)
+    figure.colorbar(shown, ax=axes, shrink=0.75, extend="both", label="thickness (mm)")
     return figure
 
 
@@ -194,25 +188,49 @@ def discomfort(pressed: Mapping[str, Strained], *, centre: np.ndarray) -> Figure
     centre (3,) mm of the plates: elements at a larger x are taken away, and what is far from it is not shown.
     Scales end where 1 % of the cells go beyond.
     """
-    figure = new_figure(5.4)
-    axes = figure.subplots(3, len(pressed), squeeze=False)
-    of_cells = (("logarithmic", "largest logarithmic strain (-)"), ("energy_kpa", "elastic energy (kPa)"))
-    for row, (field, label) in zip(axes, of_cells):
-        scale = _scale([getattr(each, field) for each in pressed.values()])
-        for ax, each in zip(row, pressed.values()):
-            kept = each.mesh.points[each.mesh.cells[:, :4]].mean(axis=1)[:, 0] <= centre[0]
-            rgb = colormaps[SEQUENTIAL](scale(getattr(each, field)))[:, :3]
-            _show(ax, cut_solid(each.mesh, kept, rgb), CUT, centre, ink="white")
-        figure.colorbar(ScalarMappable(scale, SEQUENTIAL), ax=row, shrink=0.8, label=label)
-    scale = Normalize(0, max(float(each.pressure_kpa.max()) for each in pressed.values()) or 1.0)
-    for ax, each in zip(axes[2], pressed.values()):
-        rgb = colormaps["plasma"](scale(each.pressure_kpa))[:, :3]
-        rgb[each.pressure_kpa <= 0] = UNTOUCHED
-        _show(ax, coloured_skin(each.mesh, rgb), ABOVE, centre)
-    figure.colorbar(ScalarMappable(scale, "plasma"), ax=axes[2], shrink=0.8, label="pressure (kPa)")
-    for ax, name in zip(axes[0], pressed):
-        ax.set_title(name)
+    blocks = -(-len(pressed) // MOST)
+    figure = new_figure(5.4 * blocks)
+    axes = figure.subplots(3 * blocks, min(len(pressed), MOST), squeeze=False)
+    scales = _discomfort_scales(pressed)
+    for ax in axes[-3:, len(pressed) - MOST * (blocks - 1) :].ravel():
+        ax.set_axis_off()
+    for number, (name, each) in enumerate(pressed.items()):
+        column = axes[3 * (number // MOST) : 3 * (number // MOST) + 3, number % MOST]
+        _show_discomfort(column, each, scales, centre)
+        column[0].set_title(name)
+    for row, (label, (_, scale, palette)) in zip(axes, list(scales.items()) * blocks):
+        figure.colorbar(ScalarMappable(scale, palette), ax=row, shrink=0.8, label=label)
     return figure
+
+
+OF_CELLS = {"largest logarithmic strain (-)": "logarithmic", "elastic energy (kPa)": "energy_kpa"}
+
+
+def _discomfort_scales(pressed: Mapping[str, Strained]) -> dict[str, tuple[str, Normalize, str]]:
+    """Of each row, by its label: the field, its scale, and its colours."""
+    most = max(float(each.pressure_kpa.max()) for each in pressed.values()) or 1.0
+    return {
+        label: (field, _scale([getattr(each, field) for each in pressed.values()]), SEQUENTIAL)
+        for label, field in OF_CELLS.items()
+    } | {"pressure (kPa)": ("pressure_kpa", Normalize(0, most), "plasma")}
+
+
+def _show_discomfort(
+    column: np.ndarray,
+    pressed: Strained,
+    scales: Mapping[str, tuple[str, Normalize, str]],
+    centre: np.ndarray,
+) -> None:
+    """One strategy: strain and energy on a cut, pressure from above."""
+    kept = pressed.mesh.points[pressed.mesh.cells[:, :4]].mean(axis=1)[:, 0] <= centre[0]
+    for ax, (field, scale, palette) in zip(column, scales.values()):
+        values = getattr(pressed, field)
+        rgb = colormaps[palette](scale(values))[:, :3]
+        if field in OF_CELLS.values():
+            _show(ax, cut_solid(pressed.mesh, kept, rgb), CUT, centre, ink="white")
+        else:
+            rgb[values <= 0] = UNTOUCHED
+            _show(ax, coloured_skin(pressed.mesh, rgb), ABOVE, centre)
 
 
 def _scale(values: list[np.ndarray]) -> Normalize:
@@ -231,30 +249,32 @@ def amounts(table: pd.DataFrame) -> Figure:
     """How much tissue and skin lies above the marks of each measure: a bar per strategy, a row per breast.
 
     table: rows of chain.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
-    measure's marks is darker. A colour per set of moduli. Raises MissingResult where nothing was pressed.
+    measure's marks is darker. A colour per set of moduli. More than MOST breasts are one row: the median, and
+    a line from the least to the most. Raises MissingResult where nothing was pressed.
     """
     require_pressed(table)
     shown = table[table.tissue.isin(["all", "skin"])]
-    measures, breasts = (
-        list(dict.fromkeys(shown.measure)),
-        list(dict.fromkeys(shown.volunteer + " " + shown.side)),
-    )
+    shown = shown.assign(breast=shown.volunteer + " " + shown.side)
+    number = shown.breast.nunique()
+    if number > MOST:
+        shown = shown.assign(breast=f"median of {number} breasts; lines: least to most")
+    measures, breasts = list(dict.fromkeys(shown.measure)), list(dict.fromkeys(shown.breast))
     figure = new_figure(1.1 + 1.9 * len(breasts))
     axes = figure.subplots(len(breasts), len(measures), squeeze=False, sharex=True, sharey="col")
+    colour = colours(shown.moduli)
     for row, breast in zip(axes, breasts):
         for ax, measure in zip(row, measures):
-            rows = shown[(shown.volunteer + " " + shown.side == breast) & (shown.measure == measure)]
-            _draw_bars(ax, rows)
+            rows = shown[(shown.breast == breast) & (shown.measure == measure)]
+            _draw_bars(ax, rows, colour)
             ax.set_ylabel(f"{'skin' if measure == 'pressure_kpa' else 'tissue'} ({UNITS[rows.unit.iloc[0]]})")
         row[0].set_title(breast)
     for ax, measure in zip(axes[-1], measures):
-        marks = " and ".join(
-            f"{mark:g}" for mark in sorted(shown[shown.measure == measure].threshold.unique())
-        )
-        ax.set_xlabel(f"{MEASURES[measure].format(marks)}", fontsize=8)
-    names = zip(cycle(SERIES), dict.fromkeys(shown.moduli))
-    handles = [Patch(color=colour, label=f"{name} moduli") for colour, name in names]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+        marks = sorted(shown[shown.measure == measure].threshold.unique())
+        words = " and ".join(f"{mark:g}" for mark in marks)
+        ax.set_xlabel(MEASURES[measure].format(words), fontsize=8)
+    add_legend(
+        figure, some([Patch(color=c, label=f"{name} moduli") for name, c in colour.items()], "sets of moduli")
+    )
     return figure
 
 
@@ -267,13 +287,19 @@ MEASURES = {
 UNITS = {"cm3": "cm³", "cm2": "cm²"}
 
 
-def _draw_bars(ax: Axes, rows: pd.DataFrame) -> None:
+def _draw_bars(ax: Axes, rows: pd.DataFrame, colour: Mapping[str, str]) -> None:
     strategies, moduli = list(dict.fromkeys(rows.strategy)), list(dict.fromkeys(rows.moduli))
     marks, width = sorted(rows.threshold.unique()), 0.8 / len(moduli)
     for number, name in enumerate(moduli):
         for depth, mark in enumerate(marks):
-            these = rows[(rows.moduli == name) & (rows.threshold == mark)].set_index("strategy").amount
-            places = [strategies.index(s) + (number - (len(moduli) - 1) / 2) * width for s in these.index]
-            ax.bar(places, these, 0.9 * width, color=series_colour(number), alpha=(1 + depth) / len(marks))
+            these = (
+                rows[(rows.moduli == name) & (rows.threshold == mark)].groupby("strategy", sort=False).amount
+            )
+            middle, low, high = these.median(), these.min(), these.max()
+            places = [strategies.index(s) + (number - (len(moduli) - 1) / 2) * width for s in middle.index]
+            dark = (1 + depth) / len(marks)
+            ax.bar(places, middle, 0.9 * width, color=colour[name], alpha=dark)
+            if (these.size() > 1).any():
+                ax.vlines(places, low, high, color=INK, lw=0.7)
     ax.set_xticks(range(len(strategies)), strategies, rotation=60)
     ax.grid(False, axis="x")

@@ -10,23 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from mammosim.core.labels import Label
+from mammosim.figures.ticks import DPI, keep_names_apart
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 WIDTH = 7.6  # inches, the text width of the report
+TALLEST = 100.0  # inches of a figure; a picture holds 65536 pixels
 INK = "#22272e"
 QUIET = "#8a939e"
 # Okabe & Ito 2008: eight colours that stay distinct for all common kinds of colour blindness.
 BLUE, ORANGE, GREEN, VERMILION = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 PURPLE, SKY = "#cc79a7", "#56b4e9"
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
-
-
-def series_colour(number: int) -> str:
-    """A colour of SERIES for any number; they begin anew after the last."""
-    return SERIES[number % len(SERIES)]
-
 
 SEQUENTIAL = "viridis"
 TISSUE_COLOURS: Mapping[Label, str] = {
@@ -70,20 +66,23 @@ STYLE: Mapping[str, str | float | bool] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Draw with this style, whatever the settings of the session."""
+    """Draw with this style, whatever the settings of the session; names of ticks do not overlap."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
         settings: Any = {**mpl.rcParamsDefault, "backend": "agg", **STYLE}
         with mpl.rc_context(settings):
-            return draw(*args, **kwargs)
+            result = draw(*args, **kwargs)
+            if isinstance(result, Figure):
+                keep_names_apart(result)
+            return result
 
     return drawn
 
 
 def new_figure(height: float, *, width: float = WIDTH) -> Figure:
-    """An empty figure, inches; saved at 160 dots per inch."""
-    return Figure(figsize=(width, height), dpi=160, layout="constrained")
+    """An empty figure, inches, TALLEST at most."""
+    return Figure(figsize=(width, min(height, TALLEST)), dpi=DPI, layout="constrained")
 
 
 def picture_axes(ax: Axes) -> None:

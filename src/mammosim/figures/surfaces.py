@@ -13,11 +13,11 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.mesh import FACES, SUBTRIANGLES, TetMesh
 from mammosim.figures.render import Camera, Solid, render
+from mammosim.figures.series import colours
 from mammosim.figures.slices import AXIS_LABELS, PLANES
 from mammosim.figures.style import (
     INK,
     ORANGE,
-    SERIES,
     TISSUE_COLOURS,
     new_figure,
     picture_axes,
@@ -134,12 +134,13 @@ def outline(points: np.ndarray, triangles: np.ndarray, axis: int, at_mm: float) 
 def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: float) -> None:
     """The skin of each shape in one plane, the first ones broader, so that all show where they coincide."""
     cut, across, along = PLANES[plane]
+    colour = colours(name for name in shapes if name != "truth") | {"truth": INK}
     for number, (name, mesh) in enumerate(shapes.items()):
         segments = outline(mesh.points, boundary_triangles(mesh.boundaries["skin"]), 2 - cut, at_mm)
         lines = LineCollection(
             segments[:, :, [across, along]].tolist(),
-            colors=INK if name == "truth" else SERIES[number % len(SERIES)],
-            linestyles="--" if number >= len(SERIES) or name == "truth" else "-",
+            colors=colour[name],
+            linestyles="--" if name == "truth" else "-",
             linewidths=max(3.6 - 0.8 * number, 1.0),
             label=name,
             capstyle="round",

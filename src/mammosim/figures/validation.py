@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from mammosim.core.mesh import TetMesh
 from mammosim.figures.render import Camera, render
+from mammosim.figures.series import colours, labelled, panels, some
 from mammosim.figures.style import SEQUENTIAL, SERIES, new_figure, scale_bar, styled
 from mammosim.figures.surfaces import coloured_skin, draw_outlines
 
@@ -89,14 +90,15 @@ def _draw_map(ax: Axes, skin: SkinMap) -> None:
 
 def _draw_shares(ax: Axes, distances: Mapping[str, np.ndarray]) -> None:
     """How much of the skin lies nearer than a distance."""
-    for number, (name, d) in enumerate(distances.items()):
+    colour = colours(distances)
+    for name, d in distances.items():
         share = 100 * np.arange(1, len(d) + 1) / max(len(d), 1)
-        ax.plot(np.sort(d), share, color=SERIES[number % len(SERIES)], label=name)
+        ax.plot(np.sort(d), share, color=colour[name], label=name)
     ax.set(xlabel="distance of the skins (mm)", ylabel="skin nearer than that (%)", ylim=(0, 101))
     ax.set_xlim(left=0)
     ax.set_title("all positions")
     if distances:
-        ax.legend(loc="lower right")
+        ax.legend(handles=some(labelled(ax), "positions"), loc="lower right")
 
 
 @styled
@@ -106,8 +108,7 @@ def wrong_model(table: pd.DataFrame) -> Figure:
     table: rows of study.identification.validation.costs.
     """
     positions = list(dict.fromkeys(table.position))
-    figure = new_figure(2.9)
-    axes = figure.subplots(1, len(positions), sharey=True, squeeze=False)[0]
+    figure, axes = panels(len(positions), 2.9, sharey=True)
     for ax, position in zip(axes, positions):
         rows = table[table.position == position].groupby("quantity").mean(numeric_only=True)
         rows = rows.reindex(QUANTITIES)

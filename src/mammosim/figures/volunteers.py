@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.volume import Image, LabelMap
+from mammosim.figures.series import colours
 from mammosim.figures.slices import (
     PLANES,
     draw_gravity,
@@ -20,15 +21,7 @@ from mammosim.figures.slices import (
     tissue_legend,
     window,
 )
-from mammosim.figures.style import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    SERIES,
-    SKY,
-    new_figure,
-    styled,
-)
+from mammosim.figures.style import BLUE, GREEN, ORANGE, SKY, new_figure, styled
 
 MARKS = {"chest": (SKY, "s"), "breast": (GREEN, "o"), "nipple": (ORANGE, "D")}
 
@@ -101,10 +94,10 @@ def registration(fixed: Image, before: Image, after: Image, steps: pd.DataFrame,
     known = steps.dropna(axis="columns", how="all").select_dtypes("number")
     columns = [column for column in known.columns if column.endswith("_mm")]
     marked = any(column.startswith("marker") for column in columns)
-    width = 0.8 / max(len(columns), 1)
+    width, colour = 0.8 / max(len(columns), 1), colours(columns)
     for k, column in enumerate(columns):
         place = np.arange(len(steps)) + (k - (len(columns) - 1) / 2) * width
-        axes[2].bar(place, steps[column], 0.92 * width, color=SERIES[k % len(SERIES)], label=_words(column))
+        axes[2].bar(place, steps[column], 0.92 * width, color=colour[column], label=_words(column))
     axes[2].set(ylabel="distance (mm)", title="residual" if marked or not columns else "no markers: limits")
     axes[2].set_xticks(range(len(steps)), [str(s).replace("_", " ") for s in steps["step"]], rotation=20)
     axes[2].grid(False, axis="x")

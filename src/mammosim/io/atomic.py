@@ -25,7 +25,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     _remove_abandoned(path)
-    writer = f"{_machine()}-{os.getpid()}-{uuid.uuid4().hex[:8]}"
+    writer = f"{machine()}-{os.getpid()}-{uuid.uuid4().hex[:8]}"
     temporary = path.with_name(f".{path.name}{UNFINISHED}{writer}{''.join(path.suffixes)}")
     try:
         yield temporary
@@ -41,7 +41,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         _remove(temporary)
 
 
-def _machine() -> str:
+def machine() -> str:
     """Eight digits of what tells apart two processes of one number: the machine and the container."""
     space = Path("/proc/self/ns/pid")
     name = platform.node() + (os.readlink(space) if space.is_symlink() else "")
@@ -65,8 +65,8 @@ def _remove_abandoned(path: Path) -> None:
 
 def _is_abandoned(temporary: Path, writer: str) -> bool:
     """Whether its process has ended, or, where that cannot be seen, it has not changed for IDLE_S."""
-    machine, process, *_ = writer.split("-")
-    if machine == _machine() and process.isdecimal() and not _is_alive(int(process)):
+    where, process, *_ = writer.split("-")
+    if where == machine() and process.isdecimal() and not is_alive(int(process)):
         return True
     try:
         return time.time() - temporary.stat().st_mtime > IDLE_S
@@ -74,7 +74,8 @@ def _is_abandoned(temporary: Path, writer: str) -> bool:
         return False
 
 
-def _is_alive(process: int) -> bool:
+def is_alive(process: int) -> bool:
+    """Whether there is a process of that number on this machine."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:

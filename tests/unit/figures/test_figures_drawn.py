@@ -21,6 +21,7 @@ from mammosim.figures import (
     radiograph,
     status,
     surfaces,
+    unloading,
     volunteers,
 )
 from mammosim.io.tabulated import tabulated
@@ -121,11 +122,11 @@ CASES: dict[str, Callable[[Any], Figure]] = {
     "stress free": lambda t: deformation.stress_free(
         {"measured": t.mesh, "fixed point": t.flat}, x_mm=75.0, z_mm=0.0
     ),
-    "convergence": lambda t: deformation.convergence(
+    "convergence": lambda t: unloading.convergence(
         pd.DataFrame({"volunteer": "small", "method": ["reverse_gravity"] + ["fixed_point"] * 3,
                       "iteration": [0, 0, 1, 2], "max_mm": [np.nan, 9.0, 2.0, 0.4]}), tolerance_mm=0.1,
     ),
-    "unloading": lambda t: deformation.unloading(
+    "unloading": lambda t: unloading.unloading(
         pd.DataFrame({"volunteer": "small", "youngs_modulus_kpa": [0.2, 1.0] * 2,
                       "method": ["fixed_point"] * 2 + ["inverse"] * 2,
                       "outcome": ["failed: -"] + ["converged"] * 3,

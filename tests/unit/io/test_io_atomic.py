@@ -112,7 +112,7 @@ def test_a_number_of_a_process_says_nothing_on_another_machine(tmp_path, monkeyp
     job.start()
     job.join()
     (half,) = tmp_path.iterdir()
-    monkeypatch.setattr(atomic, "_machine", lambda: "elsewhere")
+    monkeypatch.setattr(atomic, "machine", lambda: "elsewhere")
     WRITERS["a.vtu"](path)
     assert half.exists(), "it may be written there still"
 
@@ -132,7 +132,7 @@ def test_of_another_machine_only_what_nobody_touched_for_an_hour_is_removed(tmp_
     with replacing(path) as temporary:
         name = temporary.name
         temporary.touch()
-    monkeypatch.setattr(atomic, "_machine", lambda: "elsewhere")
+    monkeypatch.setattr(atomic, "machine", lambda: "elsewhere")
     (tmp_path / name).write_text("half")
     WRITERS["a.vtu"](path)
     assert (tmp_path / name).exists()

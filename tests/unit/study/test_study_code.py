@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from mammosim.study.jobs.code import Sources, imported, tables, templates
+from mammosim.study.jobs.code import Sources, imported, installed, locked, tables, templates
 
 
 def parsed(text):
@@ -23,6 +23,59 @@ def test_every_import_of_the_package_is_found_as_the_parser_finds_it(repository)
     for file in files:
         text = file.read_text()
         assert set(imported(text)) == set(parsed(text)), file
+
+
+PEERS = {"dolfinx", "felupe", "gecatsim", "itk", "mpi4py", "netgen", "ngsolve", "petsc4py", "ufl", "basix"}
+
+
+def test_every_package_that_is_imported_is_in_the_lock(repository):
+    """But for those of other programs, which are in a lock of their own; words of a text are no imports."""
+    versions = locked((repository / "environment.lock").read_text())
+    files = [*(repository / "src").rglob("*.py"), *(repository / "workflow/scripts").rglob("*.py")]
+    for file in files:
+        tree = ast.walk(ast.parse(file.read_text()))
+        named = {
+            name.split(".")[0]
+            for node in tree
+            for name in (
+                [node.module or ""] if isinstance(node, ast.ImportFrom)
+                else [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            )
+        }  # fmt: skip
+        others = {name for name in named if name.isidentifier() and name[0] != "_"} - PEERS - {"mammosim"}
+        others = {name for name in others if not (file.parent / f"{name}.py").exists()}
+        text = "".join(f"import {name}\n" for name in others)
+        assert installed(text) <= set(versions), file
+        assert installed(text) <= installed(file.read_text()), file
+
+
+def test_another_version_of_a_package_counts_for_what_imports_it_and_for_nothing_else(sources):
+    package = sources.package
+    (package / "b.py").write_text("def solve():\n    import skfem.helpers\n")
+
+    def digests(text):
+        known = Sources(sources.src, sources.left_out, locked(text))
+        return [known.digest([package / name]) for name in ("a.py", "c.py")]
+
+    text = "numpy==2.4 ; python_version < '3.12' \\\n    --hash=sha256:1\nscikit-fem==12.0 \\\n"
+    before = digests(text)
+    assert digests(text.replace("2.4", "2.5")) == before
+    renewed = digests(text.replace("12.0", "12.1"))
+    assert renewed[0] != before[0]
+    assert renewed[1] == before[1]
+
+
+def test_a_job_that_makes_no_picture_does_not_depend_on_what_draws_them(repository):
+    """It may have to write a notice in the place of one."""
+    sources, scripts = Sources(repository / "src"), repository / "workflow/scripts"
+
+    def packages(name):
+        script = scripts / name
+        return {each for path in (script, *sources.dependencies([script])) for each in sources.read(path)[2]}
+
+    assert "numpy" in packages("stage.py")
+    assert {"matplotlib", "pillow"}.isdisjoint(packages("stage.py"))
+    assert "pillow" in packages("figure.py")
 
 
 def test_several_lines_names_and_comments():
@@ -100,13 +153,14 @@ def test_a_script_outside_the_package_counts_with_what_it_imports(sources):
 def test_a_script_counts_with_those_beside_it_that_it_imports(sources, repository):
     """They name the columns of its tables, and what stands in the place of an output that is missing."""
     script = sources.src / "script.py"
-    script.write_text("import _stage\nimport numpy as np\n")
+    script.write_text("import _stage\nfrom check import Asked\nimport numpy as np\n")
     (sources.src / "_stage.py").write_text("import _log\n")
     digests = set()
     for text in ("", "# edited\n"):
-        (sources.src / "_log.py").write_text(text)
-        digests.add(Sources(sources.src).digest([script]))
-    assert len(digests) == 2
+        for name in ("_log.py", "check.py"):
+            (sources.src / name).write_text(text)
+            digests.add(Sources(sources.src).digest([script]))
+    assert len(digests) == 4
     folder = repository / "workflow/scripts"
     found = Sources(repository / "src").read(folder / "table.py")[0]
     assert folder / "_stage.py" in found

@@ -1,8 +1,21 @@
 """The last words of a run name what failed, why and where its log is, in less than a screen."""
 
+import os
+import subprocess
+
 import pytest
 
-from mammosim.study.jobs.last_words import NO_ERROR, NO_LOG, Failure, last_words, reason
+from mammosim.io.atomic import machine
+from mammosim.study.jobs.last_words import (
+    NO_ERROR,
+    NO_LOG,
+    Failure,
+    Run,
+    interrupted,
+    last_words,
+    locked,
+    reason,
+)
 
 LOG = """2026-11-29 21:00:00 mammosim steps
 2026-11-29 21:00:01 root Traceback (most recent call last):
@@ -42,6 +55,39 @@ def test_each_failure_is_named_with_its_reason_and_its_log(said, tmp_path):
     assert lines[2] == f"    log: {tmp_path / 'job.log'}"
     assert lines[5] == "Not run, for want of what failed: 7 jobs."
     assert lines[-1].startswith(f"All the rest is there, in {tmp_path / 'results'}")
+
+
+@pytest.mark.parametrize("text", ["step 1\n", "Traceback (most recent call last):\n  File\nMemoryError\n"])
+def test_a_job_that_was_killed_or_had_no_memory_is_said_with_what_it_asks_for(tmp_path, text):
+    log = tmp_path / "job.log"
+    log.write_text(text)
+    words = Failure("segment small prone", log, mem_mb=4000).lines(since=0.0)[0]
+    assert "memory" in words.lower()
+    assert "4000 MB (mem_mb)" in words
+    log.write_text(LOG)
+    assert "mem_mb" not in Failure("segment small prone", log, mem_mb=4000).lines(since=0.0)[0]
+
+
+def test_a_run_that_a_person_ends_says_three_lines_and_how_to_go_on(tmp_path):
+    lines = interrupted(left=3, results=tmp_path / "results", run_log=tmp_path / "run.log").splitlines()
+    assert len(lines) == 3
+    assert "3 jobs left" in lines[0]
+    assert lines[-1].endswith("the same command again does only what is left.")
+
+
+def test_a_lock_is_told_apart_by_whether_its_run_goes_on(tmp_path):
+    file = tmp_path / ".snakemake/mammosim_run"
+    Run.here().write(file)
+    assert f"another run, process {os.getpid()}, is at work in {tmp_path}" in locked(Run.read(file), tmp_path)
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    Run(ended.pid, machine()).write(file)
+    for lock in (Run.read(file), Run.read(tmp_path / "nothing")):
+        words = locked(lock, tmp_path)
+        assert "--unlock" in words
+        assert "\n" not in words
+    Run(ended.pid, "elsewhere").write(file)
+    assert "another run" in locked(Run.read(file), tmp_path)
 
 
 def test_many_failures_fit_on_a_screen(said):

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from mammosim.study.jobs.time_left import TimeLeft, chains, makespan, seconds_before, stranded
+from mammosim.study.jobs.time_left import TimeLeft, chains, makespan, seconds_before, stranded, time_words
 
 STAGES = [2.0, 4.0, 8.0, 12.0, 30.0, 60.0, 5.0, 10.0, 3.0, 20.0]  # s of the table, one behind the other
 TABLE = {f"stage_{i}": seconds for i, seconds in enumerate(STAGES)} | {"figure": 4.0, "grid": 240.0}
@@ -117,6 +117,12 @@ def test_a_chain_of_jobs_cannot_be_shared():
 
 def test_a_failure_strands_all_that_needs_it_at_any_distance():
     assert stranded({1: [], 2: [1], 3: [2], 4: []}, {1}) == {2, 3}
+
+
+def test_the_bar_is_the_part_of_the_time_that_has_passed():
+    assert time_words(60.0, 180.0) == "[=====...............] about 3 min left, 1 min so far"
+    assert time_words(0.0, 0.0).startswith("[....................]")
+    assert time_words(600.0, 0.0).startswith("[====================]")
 
 
 def test_benchmarks_of_earlier_runs_are_read_by_rule(tmp_path):

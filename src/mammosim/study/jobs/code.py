@@ -1,7 +1,8 @@
-"""Which files of the package a file depends on: what is edited there reruns what depends on it."""
+"""What a file depends on, here and beyond: an edit, or another version, reruns what depends on it."""
 
 import re
-from collections.abc import Iterable, Iterator
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -13,7 +14,21 @@ IMPORT = re.compile(
 )
 TABLE = re.compile(r"\btabulated(?:_plain)?\(\s*[\"'](\w+)[\"']")
 TEMPLATE = re.compile(r"\btemplate\(\s*[\"']([\w.]+)[\"']")
-BESIDE = re.compile(r"^import[ \t]+(_\w+)$", re.MULTILINE)
+BESIDE = re.compile(r"^(?:import|from)[ \t]+(\w+)", re.MULTILINE)
+ANY_IMPORT = re.compile(r"^[ \t]*(?:from|import)[ \t]+([A-Za-z]\w*)(?=[. \t\n])[^\n]*", re.MULTILINE)
+LOCKED = re.compile(r"^([\w.-]+)==([^\s;\\]+)", re.MULTILINE)
+# What is imported by another name than it is installed by, and what computes behind it.
+INSTALLED_AS = {
+    "PIL": ("pillow",),
+    "SimpleITK": ("simpleitk",),
+    "matplotlib": ("matplotlib", "pillow"),
+    "numba": ("numba", "llvmlite"),
+    "pypardiso": ("pypardiso", "mkl"),
+    "skfem": ("scikit-fem",),
+    "skimage": ("scikit-image",),
+    "sklearn": ("scikit-learn",),
+    "yaml": ("pyyaml",),
+}
 NAME = re.compile(r"\w+(?:[ \t]+as[ \t]+\w+)?")
 
 
@@ -21,12 +36,13 @@ NAME = re.compile(r"\w+(?:[ \t]+as[ \t]+\w+)?")
 class Sources:
     """The files below a folder `src`, each read once.
 
-    left_out: files that nothing is said to depend on.
+    left_out: files that nothing is said to depend on; versions: of installed packages by name.
     """
 
     src: Path
     left_out: frozenset[Path] = frozenset()
-    _read: dict[Path, tuple[tuple[Path, ...], bytes]] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+    _read: dict[Path, tuple[tuple[Path, ...], bytes, frozenset[str]]] = field(default_factory=dict)
 
     @property
     def package(self) -> Path:
@@ -34,10 +50,14 @@ class Sources:
         return self.src / "mammosim"
 
     def digest(self, files: Iterable[Path]) -> str:
-        """16 hex digits of the content of these files and of all that they depend on, wherever they lie."""
+        """16 hex digits of these files and all that they depend on, wherever they lie."""
         files, found = set(files), sha256()
-        for path in sorted(files | set(self.dependencies(files))):
+        every = sorted(files | set(self.dependencies(files)))
+        for path in every:
             found.update(path.name.encode() + self.read(path)[1])
+        for name in sorted(frozenset().union(*(self.read(path)[2] for path in every))):
+            if name in self.versions:
+                found.update(f"{name}=={self.versions[name]}".encode())
         return found.hexdigest()[:16]
 
     def dependencies(self, files: Iterable[Path]) -> list[Path]:
@@ -51,21 +71,36 @@ class Sources:
                     open_files.append(path)
         return sorted(found)
 
-    def read(self, file: Path) -> tuple[tuple[Path, ...], bytes]:
-        """The files that one file names, of the package or beside it, and the digest of its content."""
+    def read(self, file: Path) -> tuple[tuple[Path, ...], bytes, frozenset[str]]:
+        """Files that one file names, a digest of its content, and other packages that it imports."""
         if file not in self._read:
             content = file.read_bytes()
-            named = self._named(content.decode(), file.parent) if file.suffix == ".py" else ()
-            self._read[file] = (named, sha256(content).digest())
+            text = content.decode() if file.suffix == ".py" else ""
+            self._read[file] = (self._named(text, file.parent), sha256(content).digest(), installed(text))
         return self._read[file]
 
     def _named(self, text: str, folder: Path) -> tuple[Path, ...]:
         modules = [self.src / Path(*name.split(".")) for name in dict.fromkeys(imported(text))]
         found = [path for module in modules for path in (module.with_suffix(".py"), module / "__init__.py")]
-        found += [folder / f"{name}.py" for name in BESIDE.findall(text)]  # what scripts share
+        if self.package not in (folder, *folder.parents):
+            found += [folder / f"{name}.py" for name in BESIDE.findall(text)]  # what scripts share
         found += [self.package / "io" / "data" / f"{name}.csv" for name in tables(text)]
         found += [self.package / "study" / "report" / "templates" / name for name in templates(text)]
         return tuple(path for path in found if path.exists())
+
+
+def installed(text: str) -> frozenset[str]:
+    """Names of the packages, of others, that it imports and that compute behind those."""
+    names = {name for name in ANY_IMPORT.findall(text) if name not in sys.stdlib_module_names}
+    return frozenset(each for name in names for each in INSTALLED_AS.get(name, (name.lower(),)))
+
+
+def locked(text: str) -> dict[str, str]:
+    """Versions by name of the text of a lock; of a package with several, by platform, all of them."""
+    found: dict[str, list[str]] = {}
+    for name, version in LOCKED.findall(text):
+        found.setdefault(name, []).append(version)
+    return {name: " ".join(versions) for name, versions in found.items()}
 
 
 def imported(text: str) -> Iterator[str]:

@@ -1,10 +1,13 @@
 """What a run says at its end when jobs have failed: which, why, where their logs are, and how to go on."""
 
+import os
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from mammosim.io.atomic import is_alive, machine
 
 TRACEBACK = "Traceback (most recent call last):"
 MISSING_NAMED = 8  # reasons of missing results
@@ -12,19 +15,23 @@ NAMED = 5  # failed jobs that are named: with their logs, they fit into the last
 WIDTH = 200  # letters of a reason
 NO_LOG = "it has written no log; its error stands further up"
 NO_ERROR = "its log ends without an error: it may have been killed, for instance for want of memory"
+NO_MEMORY = "MemoryError"
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A job that failed: rule and wildcards, and its log if the rule has one."""
+    """A job that failed: rule and wildcards, its log if the rule has one, and the memory that it asks for."""
 
     job: str
     log: Path | None
+    mem_mb: int | None = None
 
     def lines(self, since: float) -> list[str]:
         """The job with its reason, and its log; since: when the run began (s since the epoch)."""
         found = self.log is not None and self.log.exists() and self.log.stat().st_mtime >= since
         why = reason(self.log.read_text(errors="replace")) if self.log and found else NO_LOG
+        if self.mem_mb and (why == NO_ERROR or why.startswith(NO_MEMORY)):
+            why = f"{why}; it asks for {self.mem_mb} MB (mem_mb), fewer jobs at once leave more for each"
         return [f"  {self.job}: {why}", *([f"    log: {self.log}"] if found else [])]
 
 
@@ -67,6 +74,62 @@ def last_words(
             *([f"What this run has said: {run_log}"] if run_log else []),
             f"{rest} is there, in {results}: the same command again does only what is left.",
         ]
+    )
+
+
+@dataclass(frozen=True)
+class Run:
+    """The process of a run, and the machine that it runs on."""
+
+    process: int
+    machine: str
+
+    @classmethod
+    def here(cls) -> "Run":
+        """This process."""
+        return cls(os.getpid(), machine())
+
+    @classmethod
+    def read(cls, file: Path) -> "Run | None":
+        """Of what a run has written; None where nothing can be read."""
+        try:
+            process, name = file.read_text(encoding="utf-8").split()
+            return cls(int(process), name)
+        except (OSError, ValueError):
+            return None
+
+    def write(self, file: Path) -> None:
+        """For the next run."""
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"{self.process} {self.machine}\n", encoding="utf-8")
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the process is there, as far as can be seen: on another machine it may be."""
+        return self.machine != machine() or is_alive(self.process)
+
+
+def interrupted(*, left: int, results: Path, run_log: Path | None) -> str:
+    """Three lines about a run that a person has ended; left: jobs that were not done."""
+    return "\n".join(
+        [
+            f"Stopped as you asked; {counted(left, 'job')} left, those that were running among them.",
+            f"What this run has said: {run_log or 'nothing'}",
+            f"What is done is there, in {results}: the same command again does only what is left.",
+        ]
+    )
+
+
+def locked(lock: Run | None, folder: Path) -> str:
+    """In one line why a run cannot begin where another one has left its lock, and what to do."""
+    if lock is not None and lock.goes_on:
+        return (
+            f"another run, process {lock.process}, is at work in {folder}: let it end, or use --directory "
+            "elsewhere; where that process is something else, --unlock first"
+        )
+    return (
+        f"a run in {folder} was killed and has left its lock; where no other run is at work there, "
+        "the same command with --unlock removes it, and the same command without it goes on"
     )
 
 

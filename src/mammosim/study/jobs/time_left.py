@@ -95,6 +95,16 @@ class TimeLeft:
         return makespan(needs, seconds, running, cores=self.cores)
 
 
+BAR = 20  # letters
+
+
+def time_words(so_far: float, left: float) -> str:
+    """A bar of the time so far in the whole time, and both in minutes; so_far, left: seconds."""
+    done = round(BAR * so_far / max(so_far + left, 1e-9))
+    minutes = f"about {max(left / 60, 1):.0f} min left, {so_far / 60:.0f} min so far"
+    return f"[{'=' * done}{'.' * (BAR - done)}] {minutes}"
+
+
 def chains(needs: Graph, seconds: Mapping[Hashable, float]) -> dict[Hashable, float]:
     """Seconds of the longest chain of jobs that begins with each job, itself included.
 

@@ -1,0 +1,49 @@
+"""The files that a path of the table of volunteers stands for: of a folder, and the data beside a header."""
+
+import re
+from collections.abc import Iterable
+from hashlib import sha256
+from pathlib import Path
+
+DETACHED = re.compile(r"^\s*(?:ElementDataFile\s*=|data ?file:)\s*(?P<name>[^\n]+?)\s*$", re.I | re.M)
+HEADERS = (".mhd", ".nhdr")
+INSIDE = ("local", "list")  # no name of a file: the data follow, or a list of names does
+HEAD = 4096  # bytes: the identifiers of a DICOM file stand among the first
+
+
+def parts(path: str) -> list[str]:
+    """All files below a folder, or a file with those that its header names; of an empty path nothing."""
+    if not path:
+        return []
+    place = Path(path)
+    if place.is_dir():
+        return sorted(str(file) for file in place.rglob("*") if file.is_file())
+    if not place.is_file():
+        return []
+    return [path, *_detached(place)]
+
+
+def _detached(header: Path) -> list[str]:
+    """The data that a header of MetaImage or NRRD names."""
+    if header.suffix.lower() not in HEADERS:
+        return []
+    text = header.read_text(encoding="latin-1")
+    found = DETACHED.search(text)
+    if found is None:
+        return []
+    first = found["name"]
+    names = text[found.end() :].split("\n") if first.lower().startswith(INSIDE) else [first]
+    files = [header.parent / name.strip() for name in names if name.strip()]
+    return [str(file) for file in files if file.is_file()]
+
+
+def heads(files: Iterable[str]) -> str:
+    """16 hex digits of the sizes and the first bytes of files, in their order: other images have others.
+
+    A file that was overwritten by one with an older date is found by them; one with a newer date, by that.
+    """
+    found = sha256()
+    for file in files:
+        with Path(file).open("rb") as opened:
+            found.update(f"{Path(file).stat().st_size} ".encode() + opened.read(HEAD))
+    return found.hexdigest()[:16]
