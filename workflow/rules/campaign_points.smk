@@ -1,5 +1,7 @@
 # Functions of the campaigns: their files, the breasts and settings that they begin with, and their points.
 from mammosim.study.campaigns import points as campaign_points
+from mammosim.study.campaigns import prediction as campaign_prediction
+from mammosim.study.campaigns.campaign import ASKED as ASKED_QUANTITIES
 from mammosim.study.campaigns.campaign import Campaign
 from mammosim.study.campaigns.points import Case
 from mammosim.study.campaigns.settings import Known
@@ -113,6 +115,28 @@ def campaign_batch_code(wildcards):
     """What the products that points share depend on, by product."""
     shared = campaign_plan(wildcards.campaign)["shared"]
     return {product: library("campaign_batch.py", product) for product in sorted({product for product, _ in shared})}
+
+
+def campaign_cost(name):
+    """What a prediction of its time is made of: what is to be made how often, and with which settings."""
+    campaign, found = campaign_of(name), campaign_plan(name)
+    settings = found["cases"][0].chain.settings
+    strategy = settings["load"].get("strategy", {})
+    done = {each.name for each in found["points"] if Path(f"results/campaigns/points/{each.name[:2]}/{each.name}.json").exists()}
+    left = {each.name for each in found["points"] if each.name not in done and not each.rejected}
+    return {
+        "made": campaign_prediction.counts(found["points"], strategy, done),
+        "points": len(left),
+        "jobs": sum(any(each.name in left for each in batch) for batch in found["batches"].values()),
+        "batches": f"results/campaigns/{name}/*.json",
+        "settings": pruned(settings, read_by(STAGES, campaign.read)),
+        "quantities": [ASKED_QUANTITIES[each] for each in campaign.asked],
+        "kinds": {
+            each.name: campaign_prediction.paddle(each.changes.get("load.strategy", strategy)) for each in found["points"]
+        }
+        if strategy
+        else {},
+    }
 
 
 def campaign_batches(name):

@@ -64,9 +64,9 @@ for campaign in CAMPAIGNS:
             campaign=campaign,
             library=library("campaign_page.py"),
         log:
-            f"results/logs/campaign_page/{campaign}.log",
+            f"results/logs/campaign_{campaign}/all.log",
         benchmark:
-            f"results/benchmarks/campaign_page/{campaign}.tsv"
+            f"results/benchmarks/campaign_{campaign}/all.tsv"
         resources:
             mem_mb=1000,
         script:

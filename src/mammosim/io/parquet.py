@@ -16,7 +16,7 @@ def write_parquet(frame: pd.DataFrame, path: str | Path) -> None:
     from arro3.core import Array, Table
     from arro3.io import write_parquet as write
 
-    columns = {str(name): Array(*_as_arrow(column)) for name, column in frame.items()}
+    columns: dict[str, Any] = {str(name): Array(*_as_arrow(column)) for name, column in frame.items()}
     with replacing(path) as temporary:
         write(Table.from_pydict(columns), temporary)
 

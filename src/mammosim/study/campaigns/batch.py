@@ -123,7 +123,7 @@ class Batch:
         took |= {name: made.seconds for name, made in self._made(chain).items() if made.seconds > 0}
         for name, key in chain.keys.items():
             # What no later point is made of need not be held.
-            if (name, item.own.get(name, "")) not in later and name not in item.kept:
+            if name in item.own and (name, item.own[name]) not in later:
                 chain.made.pop(key, None)
         return row | {"seconds": time.process_time() - began, "took": took, "inputs": inputs}
 
