@@ -12,6 +12,7 @@ from mammosim.chain.graph import Chain
 from mammosim.chain.stages import STAGES
 from mammosim.chain.subject import Subject
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.campaigns import prediction
 from mammosim.study.campaigns.campaign import Campaign
 from mammosim.study.campaigns.points import Case, batches, inputs, parameters, plan, stored
 from mammosim.study.campaigns.settings import Known, changes
@@ -336,3 +337,40 @@ def test_the_table_has_values_units_errors_and_reasons():
         {"outcome": "failed", "reason": "no equilibrium", "points": 1}
     ]
     assert pd.api.types.is_float_dtype(table.seconds)
+
+
+RIGID, FLEXIBLE = (
+    {"until": {"thickness_share": 1.0}},
+    {"until": {"thickness_share": 1.0}, "paddle": {"flexible": {}}},
+)
+
+
+def test_the_time_of_a_campaign_counts_what_is_shared_once_and_what_is_finished_not(case, known):
+    text = (
+        f"vary: {{{GLAND}: [2, 3], load.thickness_mm: [41, 46], load.paddle: [standard, flexible, tilted]}}"
+    )
+    points = planned(text, case, known)
+    made = prediction.counts(points, RIGID, done=())
+    presses = {f"pressed_{kind}": 4 for kind in ("standard", "flexible", "tilting")}
+    # A path of the standard for each modulus and thickness, whatever paddle goes on from it.
+    assert {name: made[name] for name in ("stress_free", "standard_path", *presses)} == {
+        "stress_free": 2, "standard_path": 4, **presses,
+    }  # fmt: skip
+    done = {point.name for point in points if point.shown[GLAND] == 2}
+    assert prediction.counts(points, RIGID, done)["stress_free"] == 1
+    costs = {"point_stress_free": 5.0, "compress": 21.4, "point_pressed_flexible": 60.0}
+    made = {"stress_free": 2, "pressed_flexible": 3, "pressed_tilting": 1, "body": 6}
+    seconds = prediction.expected(made, costs, pace=0.5, points=4, batches=1)
+    start = prediction.START_S + 4 * prediction.POINT_S
+    assert seconds == pytest.approx(start + 0.5 * (2 * 5 + 3 * 60 + 20))
+    # What the campaign itself took counts before any table.
+    took = {"stress_free": 3.0, "pressed_flexible": 10.0, "pressed_tilting": 8.0}
+    seconds = prediction.expected(made, costs, pace=0.5, points=4, batches=1, took=took)
+    assert seconds == pytest.approx(start + 2 * 3 + 3 * 10 + 8)
+
+
+def test_what_points_took_is_told_apart_by_their_paddles():
+    rows = [{"point": "a", "took": {"pressed": 1.0, "body": 0.5}}, {"point": "b", "took": {"pressed": 9.0}}]
+    kinds = {"a": prediction.paddle(RIGID), "b": prediction.paddle(FLEXIBLE)}
+    found = prediction.measured(rows, kinds)
+    assert found == {"pressed_standard": 1.0, "pressed_flexible": 9.0, "body": 0.5}
