@@ -78,8 +78,8 @@ def test_a_value_added_is_all_that_is_computed(campaign):
         (("[26, 30, 3]", "[3, 4]"), "no value of it is allowed"),
         (("exposure_mas", "exposure"), "no stage answers 'exposure'; did you mean 'exposure_mas'?"),
         (("vary:", "varies:"), "did you mean 'vary'?"),
-        (("asked:", "subjects: {ada: [left]}\nasked:"), "no volunteer 'ada'"),
-        (("asked:", "accuracy: exact\nasked:"), "no preset 'exact'"),
+        (("asked:", "subjects: {ada: [left]}\nasked:"), "'ada' is not in volunteer_table"),
+        (("asked:", "accuracy: exact\nasked:"), "accuracy = 'exact': 'exact' is not in study"),
     ],
 )
 def test_a_campaign_that_cannot_be_meant_is_refused_before_any_job(study, change, words):
@@ -87,4 +87,4 @@ def test_a_campaign_that_cannot_be_meant_is_refused_before_any_job(study, change
     result = study.snakemake("--dry-run", "campaign_mine")
     assert result.returncode != 0
     (line,) = [line for line in result.stdout.splitlines() if words in line]
-    assert "mine.yaml" in line or "preset" in line
+    assert "mine.yaml" in line

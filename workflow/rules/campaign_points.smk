@@ -15,10 +15,6 @@ def campaign_given(name):
     file = f"config/campaigns/{name}.yaml"
     given = checked(read_yaml(file), "campaign", [file], known=KNOWN)
     given = {"subjects": {WOMEN[0]: COMPRESSION["sides"][:1]}} | given
-    absent = [volunteer for volunteer in given["subjects"] if volunteer not in {v for v, _ in VOLUNTEERS}]
-    if absent:
-        known = ", ".join(sorted({v for v, _ in VOLUNTEERS}))
-        raise WorkflowError(f"ConfigurationError: {file}: no volunteer {absent[0]!r}; choose one of: {known}")
     checked_overrides(given.get("settings", {}), file)
     return given
 
@@ -32,6 +28,8 @@ def campaign_of(name):
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
     for volunteer, _ in campaign.subjects:
+        if volunteer not in {v for v, _ in VOLUNTEERS}:
+            raise WorkflowError(f"ConfigurationError: {file}: {volunteer!r} is not studied; add her to `volunteers`")
         why = next((lacking(volunteer)[each] for each in campaign.products if lacking(volunteer)[each]), "")
         if why:
             raise WorkflowError(f"ConfigurationError: {file}: {', '.join(campaign.asked)} cannot be had: {why}")

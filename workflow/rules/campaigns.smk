@@ -49,10 +49,11 @@ rule campaign_table:
 
 
 for campaign in CAMPAIGNS:
+    campaign_target = f"campaign_{campaign}"
 
     rule:
         name:
-            f"campaign_{campaign}"
+            campaign_target
         """A campaign of config/campaigns, on demand: its table, and a page with its figures."""
         input:
             table=f"results/campaigns/{campaign}.csv",
