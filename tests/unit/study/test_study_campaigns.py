@@ -237,6 +237,17 @@ def test_what_points_share_is_kept_and_brings_them_into_one_batch(case, known):
     assert {"stress_free"} >= {name for point in given["points"] for name in point["stored"]}
 
 
+def test_points_that_mean_the_same_have_a_row_each_and_are_computed_once(case, known):
+    """The paddles of both strategies are rigid."""
+    points = planned("vary: {load.paddle: [standard, reduced], load.thickness_mm: [41, 46]}", case, known)
+    assert len(points) == 4
+    assert len({point.name for point in points}) == 2
+    assert stored(points) == set()
+    ((batch,),) = [list(batches(points).values())]
+    assert sorted(point.shown["load.paddle"] for point in batch) == ["reduced"] * 2 + ["standard"] * 2
+    assert prediction.counts(points, RIGID, done=())["standard_path"] == 2
+
+
 def test_batches_keep_their_points_when_a_value_is_added(case, known):
     text = "vary: {%s: %s, load.thickness_mm: [41, 46]}"
     few, more = [*range(1, 41)], [*range(1, 46)]

@@ -264,10 +264,9 @@ def batches(points: Sequence[Planned]) -> dict[str, list[Planned]]:
     A point stays in its batch when others are added, until a group has doubled.
     """
     size = max(BATCH, -(-len(points) // BATCHES))
-    distinct = list({point.name: point for point in points}.values())
     found: dict[str, list[Planned]] = {}
     whose: dict[tuple[str, str], list[Planned]] = {}
-    for point in distinct:
+    for point in points:
         whose.setdefault((point.volunteer, point.side), []).append(point)
     for (volunteer, side), group in whose.items():
         for path, batch in _split(group, [], size):

@@ -10,7 +10,7 @@ import pandas as pd
 from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.campaigns.axes import SALTELLI, sampled
+from mammosim.study.campaigns.axes import SALTELLI, rounded, sampled
 from mammosim.study.campaigns.batch import columns
 from mammosim.study.campaigns.campaign import ASKED, Campaign
 
@@ -31,10 +31,9 @@ def frame(campaign: Campaign, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame
 
     In the order in which the campaign lists its settings and their values. rows: those of all batches.
     """
-    by_point = {row["point"]: row for row in rows}
     noisy = [name for name in campaign.asked if QUANTITIES[ASKED[name]].noise is not None]
     found = []
-    for row in by_point.values():
+    for row in rows:
         answers = {name: row["answers"].get(name) for name in answer_columns(campaign)}
         errors = {f"{name}{ERROR}": row["errors"].get(name) for name in noisy}
         whose = {name: row[name] for name in SUBJECT}
@@ -133,11 +132,10 @@ def _indices(campaign: Campaign, group: pd.DataFrame, name: str) -> list[tuple[A
     if campaign.design is None:
         raise ConfigurationError("no design: there are no Sobol indices; give one")
     keys, n = list(campaign.spans), campaign.design.number
-    values = group.set_index(keys)[name]
+    places = zip(*(map(rounded, group[key]) for key in keys))
+    values = dict(zip(places, group[name]))
     drawn = [tuple(point[key] for key in keys) for point in sampled(campaign.design, campaign.spans)]
-    if any(each not in values.index for each in drawn):
-        return []
-    f = np.array([values.loc[[each]].iloc[0] for each in drawn]).reshape(len(keys) + 2, n)
+    f = np.array([values.get(each, np.nan) for each in drawn]).reshape(len(keys) + 2, n)
     if not np.isfinite(f).all() or np.ptp(f) <= EXACT * np.abs(f).max():
         return []
     found = sobol_indices(
