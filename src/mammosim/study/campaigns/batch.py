@@ -17,12 +17,12 @@ from mammosim.chain.graph import Chain, Made
 from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.quantities import QUANTITIES, Quantity
 from mammosim.chain.stages import STAGES
-from mammosim.core.errors import ConfigurationError, MammosimError, MissingResult, TableError
+from mammosim.core.errors import ConfigurationError, MammosimError, TableError
 from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_json, write_json
 
 log = logging.getLogger(__name__)
-REJECTED, MISSING = "rejected", "missing"
+REJECTED = "rejected"
 Row = dict[str, Any]
 
 
@@ -211,8 +211,6 @@ def _outcome(error: MammosimError) -> tuple[str, str]:
     reason = " ".join(str(error).split())
     if isinstance(error, ConfigurationError):
         return REJECTED, reason
-    if isinstance(error, MissingResult):
-        return MISSING, reason
     return unsolved(error).split(":")[0], reason
 
 
