@@ -1,4 +1,5 @@
 # Functions of the campaigns: their files, the breasts and settings that they begin with, and their points.
+from mammosim.study.campaigns import grouping as campaign_grouping
 from mammosim.study.campaigns import points as campaign_points
 from mammosim.study.campaigns import prediction as campaign_prediction
 from mammosim.study.campaigns.campaign import ASKED as ASKED_QUANTITIES
@@ -76,10 +77,11 @@ def campaign_plan(name):
     cases = [campaign_case(campaign, volunteer, side) for volunteer, side in campaign.subjects]
     code = library("campaign_batch.py", *campaign.read)
     try:
-        found, batches = campaign_points.plan(campaign, cases, campaign_names(), code)
+        found = campaign_points.plan(campaign, cases, campaign_names(), code)
     except ConfigurationError as error:
         raise WorkflowError(f"ConfigurationError: {error}") from None
-    return {"points": found, "batches": batches, "shared": campaign_points.stored(found), "cases": cases}
+    batches, shared = campaign_grouping.batches(found), campaign_grouping.stored(found)
+    return {"points": found, "batches": batches, "shared": shared, "cases": cases}
 
 
 def campaign_batch(wildcards):
@@ -106,7 +108,7 @@ def campaign_batch_given(wildcards):
 def campaign_batch_points(wildcards):
     """The points of a batch as its job is given them."""
     shared = campaign_plan(wildcards.campaign)["shared"]
-    return campaign_points.parameters(campaign_batch(wildcards), shared)
+    return campaign_grouping.parameters(campaign_batch(wildcards), shared)
 
 
 def campaign_batch_code(wildcards):

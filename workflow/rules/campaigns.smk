@@ -9,7 +9,7 @@ wildcard_constraints:
 rule campaign_batch:
     """Some points of a campaign, one after another: each is kept by itself, and none is computed twice."""
     input:
-        lambda wildcards: campaign_points.inputs(campaign_batch(wildcards)),
+        lambda wildcards: campaign_grouping.inputs(campaign_batch(wildcards)),
     output:
         "results/campaigns/{campaign}/{batch}.json",
     params:

@@ -14,7 +14,8 @@ from mammosim.chain.subject import Subject
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.campaigns import prediction
 from mammosim.study.campaigns.campaign import Campaign
-from mammosim.study.campaigns.points import Case, batches, inputs, parameters, plan, stored
+from mammosim.study.campaigns.grouping import batches, inputs, parameters, stored
+from mammosim.study.campaigns.points import Case, plan
 from mammosim.study.campaigns.settings import Known, changes
 from mammosim.study.campaigns.table import failures, frame, shares
 
@@ -57,7 +58,7 @@ def case(repository) -> Case:
 
 
 def planned(text, case, known, library="code"):
-    return plan(read(text), [case], known, library)[0]
+    return plan(read(text), [case], known, library)
 
 
 def test_a_range_is_even_or_even_in_its_logarithm():

@@ -1,4 +1,4 @@
-"""The points of a campaign: their names, what each reads of the study, what they share, and their batches.
+"""The points of a campaign: their names, what each reads of the study, and what is made for it.
 
 A point is named by a digest of all that it depends on, but for the content of its inputs, which may not be
 there yet: whose breast, the settings that its products read, the code of these. So a value that is added
@@ -7,8 +7,7 @@ tomorrow leaves every other point its name.
 
 import hashlib
 import json
-from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -19,11 +18,7 @@ from mammosim.study.campaigns.axes import Shown
 from mammosim.study.campaigns.campaign import Campaign, Point
 from mammosim.study.campaigns.settings import EFFECTS, Known, changes
 
-BATCH = 25  # points, where a campaign has not many
-BATCHES = 128  # at most, about: Snakemake plans each of them
 LOAD = ("strategy", "moduli", "position")
-# The kept products that points may share, each after those that it is made of.
-SHARED = tuple(name for name, stage in STAGES.items() if stage.files is not None)
 
 
 @dataclass(frozen=True)
@@ -115,10 +110,8 @@ class Digests:
         return self.texts[id(value)][1]
 
 
-def plan(
-    campaign: Campaign, cases: Sequence[Case], known: Known, library: str
-) -> tuple[list[Planned], dict[str, list[Planned]]]:
-    """Every point, and the batches in which they are computed, by name.
+def plan(campaign: Campaign, cases: Sequence[Case], known: Known, library: str) -> list[Planned]:
+    """Every point.
 
     library: of the code that the answers depend on. Raises ConfigurationError where no point can be meant.
     """
@@ -127,7 +120,7 @@ def plan(
     points = [each for case in cases for each in _planned(campaign, case, listed, known, faults, library)]
     if all(point.rejected for point in points):
         raise ConfigurationError(f"{points[0].rejected}; no point of {campaign.file} is allowed")
-    return points, batches(points)
+    return points
 
 
 @dataclass
@@ -245,83 +238,3 @@ def _taken(
     for name in names:
         look(name)
     return list(taken), own
-
-
-def stored(points: Iterable[Planned]) -> set[tuple[str, str]]:
-    """(product, digest) of what more than one point is made of, and which is kept for them."""
-    counted = Counter(
-        (name, digest)
-        for point in {point.name: point for point in points}.values()
-        for name, digest in point.own.items()
-        if STAGES[name].files is not None
-    )
-    return {each for each, number in counted.items() if number > 1}
-
-
-def batches(points: Sequence[Planned]) -> dict[str, list[Planned]]:
-    """The points by the job that computes them: those that share most are together, and one after another.
-
-    A point stays in its batch when others are added, until a group has doubled.
-    """
-    size = max(BATCH, -(-len(points) // BATCHES))
-    found: dict[str, list[Planned]] = {}
-    whose: dict[tuple[str, str], list[Planned]] = {}
-    for point in points:
-        whose.setdefault((point.volunteer, point.side), []).append(point)
-    for (volunteer, side), group in whose.items():
-        for path, batch in _split(group, [], size):
-            found[f"{volunteer}_{side}_{short(*path)[:8]}"] = sorted(batch, key=_path)
-    return found
-
-
-def _path(point: Planned) -> tuple[str, ...]:
-    """What points share comes first, so that neighbours share most."""
-    return (*(point.own.get(name, "") for name in SHARED), point.name)
-
-
-def _split(points: list[Planned], path: list[Any], size: int) -> Iterator[tuple[list[Any], list[Planned]]]:
-    """Groups of about `size`: by what they share, by hash into a number of buckets that is a power of two."""
-    level = len(_common(points))
-    if len(points) <= size or level == len(SHARED) + 1:
-        yield path, points
-        return
-    groups: dict[str, list[Planned]] = {}
-    for point in points:
-        groups.setdefault(_path(point)[level], []).append(point)
-    buckets = 1 << (-(-len(points) // size) - 1).bit_length()
-    whole: dict[int, list[Planned]] = {}
-    for digest, group in groups.items():
-        if len(group) > size:
-            yield from _split(group, [*path, digest], size)
-        else:
-            whole.setdefault(int(short(digest), 16) % buckets, []).extend(group)
-    for number, bucket in whole.items():
-        yield [*path, buckets, number], bucket
-
-
-def _common(points: Sequence[Planned]) -> tuple[str, ...]:
-    """The beginning of their paths that all have in common."""
-    first, last = min(map(_path, points)), max(map(_path, points))
-    same = next((n for n, (a, b) in enumerate(zip(first, last)) if a != b), len(first))
-    return first[:same]
-
-
-def parameters(batch: Sequence[Planned], shared: Collection[tuple[str, str]]) -> dict[str, Any]:
-    """A batch as the plain parameters of its job: whose breast, the points, and what they read."""
-    kept: list[Mapping[str, Mapping[str, str]]] = []
-    points = []
-    for point in batch:
-        if point.kept not in kept:
-            kept.append(point.kept)
-        stored_here = {name: digest for name, digest in point.own.items() if (name, digest) in shared}
-        values = {
-            key: getattr(point, key) for key in ("name", "shown", "changes", "effects", "own", "rejected")
-        }
-        points.append(values | {"kept": kept.index(point.kept), "stored": stored_here})
-    return {"volunteer": batch[0].volunteer, "side": batch[0].side, "points": points, "kept": kept}
-
-
-def inputs(batch: Iterable[Planned]) -> list[str]:
-    """The files of the study that a batch reads."""
-    paths = (path for point in batch for files in point.kept.values() for path in files.values())
-    return list(dict.fromkeys(paths))
