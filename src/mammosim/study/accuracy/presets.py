@@ -101,10 +101,12 @@ def _error_at(rows: pd.DataFrame, settings: Nested) -> float:
 def pace_at(measured: pd.DataFrame, settings: Nested, asked: Iterable[str]) -> float:
     """What the chain takes with these nested settings, over what it takes with today's: prod f, the slowest.
 
-    A parameter that was not measured with its value, or at all, counts as today's.
+    A parameter that was not measured with its value, or at all, counts as today's; a quantity that was not
+    measured does not count.
     """
-    paces = [_pace_at(measured[measured["quantity"] == quantity], settings) for quantity in asked]
-    return max(paces, default=1.0)
+    known = set(measured["quantity"])
+    each = (measured[measured["quantity"] == quantity] for quantity in asked if quantity in known)
+    return max((_pace_at(rows, settings) for rows in each), default=1.0)
 
 
 def _pace_at(rows: pd.DataFrame, settings: Nested) -> float:
