@@ -82,6 +82,7 @@ def test_points_are_answered_with_their_errors_and_share_what_they_are_made_of(
     assert one["took"]["mesh"] > 0
     assert "mesh" not in two["took"]
     assert one["seconds"] > one["took"]["mesh"]
+    assert sum(two["took"].values()) <= two["seconds"], "what an earlier point took is not told again"
     assert len(list((tmp_path / "products/mesh").iterdir())) == 1
     # What no later point needs is not held.
     assert not any(key[0] == "body" for key in chain.made)

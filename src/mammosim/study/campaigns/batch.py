@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mammosim.chain.graph import Chain, Made
+from mammosim.chain.graph import Chain
 from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.quantities import QUANTITIES, Quantity
 from mammosim.chain.stages import STAGES
@@ -109,6 +109,7 @@ class Batch:
 
     def _computed(self, item: Item, later: set[tuple[str, str]]) -> Row:
         began, inputs = time.process_time(), self._inputs(item)
+        before = set(self.chain.made)
         chain = self.chain.with_settings(item.changes) if item.changes else self.chain
         chain = chain if item.effects is None else chain.with_effects(item.effects)
         chain, took = self._shared(chain.kept(item.kept), item, inputs)
@@ -120,17 +121,13 @@ class Batch:
             row = _row(answers, errors)
         except MammosimError as error:
             row = _row(None, None, *_outcome(error))
-        took |= {name: made.seconds for name, made in self._made(chain).items() if made.seconds > 0}
+        new = {name: key for name, key in chain.keys.items() if key in chain.made and key not in before}
+        took |= {name: chain.made[key].seconds for name, key in new.items() if chain.made[key].seconds > 0}
         for name, key in chain.keys.items():
             # What no later point is made of need not be held.
             if name in item.own and (name, item.own[name]) not in later:
                 chain.made.pop(key, None)
         return row | {"seconds": time.process_time() - began, "took": took, "inputs": inputs}
-
-    @staticmethod
-    def _made(chain: Chain) -> dict[str, Made]:
-        """What was made or read for a point, or before it."""
-        return {name: chain.made[key] for name, key in chain.keys.items() if key in chain.made}
 
     def _shared(self, chain: Chain, item: Item, inputs: str) -> tuple[Chain, dict[str, float]]:
         """The chain with what its point shares with others, made where it is not there yet, and its seconds.
