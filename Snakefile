@@ -24,7 +24,7 @@ wildcard_constraints:
 # In the order in which one names what another made.
 RULES = """
     chain volunteers images mesh morph mechanics unloading compression xray checks identification
-    validation study hard_cases softening scene_variants scenes
+    validation study hard_cases softening scene_variants scenes campaign_points campaigns
     recovery programs peers accuracy drawn report plan check
 """.split()
 

@@ -1,6 +1,7 @@
 """Renew config/costs.tsv from what Snakemake measured: `python tools/renew_costs.py results/benchmarks`.
 
-Rules that did not run keep their line; rules that are gone lose it.
+Rules that did not run keep their line; rules that are gone lose it. Lines `point_...` stay: what a
+product takes in a campaign, without the start of a script.
 """
 
 import re
@@ -26,7 +27,7 @@ def main(folder: Path) -> None:
         name for text in texts for name in re.findall(r"^(?:rule|checkpoint) (\w+):", text, re.MULTILINE)
     }
     table = measured.combine_first(before).round({"seconds": 1, "memory_mb": 0}).sort_index()
-    table = table[table.index.isin(rules)]
+    table = table[table.index.isin(rules) | table.index.str.startswith("point_")]
     COSTS.write_text(HEAD + table[["seconds", "memory_mb"]].to_csv(sep="\t", lineterminator="\n"))
 
 

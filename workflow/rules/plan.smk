@@ -6,6 +6,7 @@ rule plan:
     """Before a run: scenes and their effects, jobs, expected minutes and memory of every target."""
     input:
         costs=str(HERE / "config/costs.tsv"),
+        measured=home("config/accuracy/measured.csv"),
     output:
         "results/study/plan.csv",
     params:
@@ -14,7 +15,11 @@ rule plan:
             *asked_settings(),
             *("--snakefile", str(HOME / "Snakefile")),
         ],
-        targets=["study", *(name for name in PAGES if name not in allowed.QUESTIONS or able(name))],
+        targets=[
+            *("study", *(name for name in PAGES if name not in allowed.QUESTIONS or able(name))),
+            *(f"campaign_{name}" for name in CAMPAIGNS),
+        ],
+        campaigns=lambda wildcards: {f"campaign_{name}": campaign_cost(name) for name in CAMPAIGNS},
         scenes={name: effects_or_file(name) for name in SCENES},
         cores=workflow.cores or 1,
         now=time.time(),  # what there is to do changes with every run, which no file says,

@@ -11,7 +11,10 @@ import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.progress import progress
-from mammosim.io.tables import read_table, write_table
+from mammosim.io.tables import read_commented, read_json, read_table, write_table
+from mammosim.study.accuracy.presets import as_imaged, pace_at
+from mammosim.study.campaigns.prediction import expected
+from mammosim.study.campaigns.prediction import measured as took
 from mammosim.study.jobs.plan import costs, jobs_of, plan, scene_lines, summary, words
 
 
@@ -21,13 +24,31 @@ def main(
     targets = progress(settings["targets"], label="dry runs", total=len(settings["targets"]))
     jobs = {target: jobs_of(dry_run([*settings["dry_run"], target])) for target in targets}
     known = costs(benchmarks(Path("results/benchmarks")), pd.read_table(files["costs"], comment="#"))
-    table = plan(jobs, known)
+    batches = {
+        name: batch_seconds(given, known, files["measured"]) for name, given in settings["campaigns"].items()
+    }
+    table = plan(jobs, known, batches)
     write_table(table, out)
     found = summary(table, jobs, cores=settings["cores"])
     effects = effects_of(scenes)
     at_least = ["scenes"] if any(each is None for each in effects.values()) else []
     told = words(found, table, scene_lines(effects), cores=settings["cores"], at_least=at_least)
     sys.stdout.write(f"{told}\n")
+
+
+def batch_seconds(given: Mapping, known: pd.DataFrame, measured: str) -> float:
+    """What the batches of one campaign will take, by its points that are finished, or by the tables."""
+    if not given["points"]:
+        return 0.0
+    rows = [row for path in sorted(Path().glob(given["batches"])) for row in read_json(path)]
+    return expected(
+        given["made"],
+        known.seconds.to_dict(),
+        pace=pace_at(as_imaged(read_commented(measured)), given["settings"], given["quantities"]),
+        points=given["points"],
+        batches=given["jobs"],
+        took=took(rows, given["kinds"]),
+    )
 
 
 def dry_run(command: list[str]) -> str:

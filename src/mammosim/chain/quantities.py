@@ -15,7 +15,8 @@ QUANTILE = 1.96  # of the normal distribution: 95 % lie within so many standard 
 class Quantity:
     """products: what it is taken from; of: a chain -> its value; relative: whether changes are in percent.
 
-    words: what it is, for tables and figures.
+    words: what it is, for tables and figures. column: what its value is called, with its unit, where that is
+    not that of changes; beside: products that it is read with; size: 3 of a place.
     """
 
     words: str
@@ -24,6 +25,9 @@ class Quantity:
     relative: bool = False
     noise: Callable[[Chain], float] | None = None
     means_with: tuple[str, ...] = ()
+    column: str = ""
+    beside: tuple[str, ...] = ()
+    size: int = 1
 
     def change(self, value: np.ndarray | float, reference: np.ndarray | float) -> float:
         """How far a value is from a reference, in the unit of the quantity's name."""
@@ -54,15 +58,25 @@ QUANTITIES: Mapping[str, Quantity] = {
         "place of the nipple in the position",
         ("loaded",),
         lambda chain: nipple_of(chain, chain["loaded"].mesh.points),
+        beside=("breast", "mesh"),
+        size=3,
     ),
     "force_n": Quantity("force of the paddle", ("pressed",), _pressed("force_n")),
     "thickness_mm": Quantity("thickness under the paddle", ("pressed",), _pressed("thickness_mm")),
     "pressure_kpa": Quantity("mean pressure of the paddle", ("pressed",), _pressed("mean_pressure_kpa")),
     "strain_percent": Quantity(
-        "95th percentile of the logarithmic strain", ("pressed",), _pressed("logarithmic_p95"), relative=True
+        "95th percentile of the logarithmic strain",
+        ("pressed",),
+        _pressed("logarithmic_p95"),
+        relative=True,
+        column="strain",
     ),
     "mas_percent": Quantity(
-        "automatic exposure", ("exposure",), lambda chain: chain["exposure"], relative=True
+        "automatic exposure",
+        ("exposure",),
+        lambda chain: chain["exposure"],
+        relative=True,
+        column="exposure_mas",
     ),
     "agd_percent": Quantity(
         "mean glandular dose at automatic exposure",
@@ -70,6 +84,8 @@ QUANTITIES: Mapping[str, Quantity] = {
         lambda chain: chain["exposed_dose"].dose_mgy,
         relative=True,
         noise=lambda chain: chain["dose"].relative_error,
+        column="agd_mgy",
+        beside=("dose",),
     ),
     "scatter_to_primary": Quantity(
         "scatter over primary behind the lesion", ("mammogram",), _seen("scatter_to_primary")
@@ -80,6 +96,7 @@ QUANTITIES: Mapping[str, Quantity] = {
         _seen("cnr_quantum"),
         relative=True,
         means_with=NOISE,
+        column="cnr",
     ),
     "d_percent": Quantity(
         "d' of the calcifications",
@@ -87,6 +104,7 @@ QUANTITIES: Mapping[str, Quantity] = {
         _seen("calcification_d_expected"),
         relative=True,
         means_with=NOISE,
+        column="d_prime",
     ),
     "d_told_percent": Quantity(
         "d' of the calcifications as a number of images tells it",
@@ -95,6 +113,7 @@ QUANTITIES: Mapping[str, Quantity] = {
         relative=True,
         noise=_d_noise,
         means_with=NOISE,
+        column="d_prime_told",
     ),
     "slice_cnr_percent": Quantity(
         "contrast-to-noise ratio of the lesion in its slice",
@@ -102,6 +121,7 @@ QUANTITIES: Mapping[str, Quantity] = {
         lambda chain: chain["slices"].cnr("sart"),
         relative=True,
         means_with=NOISE,
+        column="slice_cnr",
     ),
 }
 

@@ -117,6 +117,13 @@ RELATIONS: Mapping[str, tuple[Relation, ...]] = {
         Relation("load.strategy", _among, STRATEGIES, "describe it there, or take one of these"),
         Relation("accuracy", _preset, ACCURACIES, "take one of these, or state errors"),
     ),
+    "campaign": (
+        Relation("subjects", _among, VOLUNTEERS, "take one of these"),
+        Relation("tissues", _among, TISSUES, TAKE),
+        Relation("load.strategy", _among, STRATEGIES, "describe it there, or take one of these"),
+        Relation("load.moduli", _among, MODULI, WRITE),
+        Relation("accuracy", _among, ACCURACIES, "take one of these"),
+    ),
     "accuracy": (Relation("volunteer", _among, VOLUNTEERS, "take one of these"),),
     "recovery": (
         Relation("ranges.*", _rising, "", ORDER),

@@ -10,9 +10,19 @@ import pytest
 import yaml
 
 from mammosim.chain.configuration import check_settings
+from mammosim.chain.graph import nested
 from mammosim.core.errors import ConfigurationError
 from mammosim.io.tables import read_commented
-from mammosim.study.accuracy.presets import TIE, as_imaged, choices, chosen, errors_at, preset_text, presets
+from mammosim.study.accuracy.presets import (
+    TIE,
+    as_imaged,
+    choices,
+    chosen,
+    errors_at,
+    pace_at,
+    preset_text,
+    presets,
+)
 
 PRESETS = ("draft", "standard", "reference")
 T = 100.0
@@ -208,3 +218,17 @@ def test_a_finer_preset_is_dearer_and_more_accurate(folder, curves):
         errors = [choice.errors[quantity] for choice in choices]
         assert errors[0] <= limits["draft"][quantity]
         assert errors[2] <= limits["reference"][quantity]
+
+
+def test_the_pace_of_settings_is_that_of_what_was_measured(folder, curves):
+    """A preset is as fast as when it was chosen, against today's; what was not measured counts as today's."""
+    draft = yaml.safe_load((folder / "draft.yaml").read_text())
+    today = curves[(curves.parameter == "chain") & (curves["quantity"] == "force_n")].seconds.iloc[0]
+    assert pace_at(curves, {}, ["force_n"]) == 1
+    pace = pace_at(curves, draft, ["force_n", "pressure_kpa"])  # of which the second was not measured
+    assert 0 < pace < 1
+    rows = curves[(curves["quantity"] == "force_n") & (curves.parameter == "element_size")]
+    size = next(row for row in rows.itertuples() if not row.today)
+    alone = pace_at(curves, nested(json.loads(size.settings)), ["force_n"])
+    of_today = rows[rows.today].seconds.iloc[0]
+    assert alone == pytest.approx((today - of_today + size.seconds) / today)

@@ -98,6 +98,29 @@ def _error_at(rows: pd.DataFrame, settings: Nested) -> float:
     return float(np.sqrt(sum(errors2))) if errors2 else np.nan
 
 
+def pace_at(measured: pd.DataFrame, settings: Nested, asked: Iterable[str]) -> float:
+    """What the chain takes with these nested settings, over what it takes with today's: prod f, the slowest.
+
+    A parameter that was not measured with its value, or at all, counts as today's; a quantity that was not
+    measured does not count.
+    """
+    known = set(measured["quantity"])
+    each = (measured[measured["quantity"] == quantity] for quantity in asked if quantity in known)
+    return max((_pace_at(rows, settings) for rows in each), default=1.0)
+
+
+def _pace_at(rows: pd.DataFrame, settings: Nested) -> float:
+    today = rows[rows.today].set_index("parameter").seconds
+    pace = 1.0
+    for name, values in rows[(rows.parameter != CHAIN) & (rows.stage != IMAGES)].groupby(
+        "parameter", sort=False
+    ):
+        here = values.seconds[[Overrides(text).hold_in(settings) for text in values.settings]]
+        if len(here) and name in today:
+            pace *= max(LEAST_FACTOR, (today[CHAIN] - today[name] + here.iloc[0]) / today[CHAIN])
+    return pace
+
+
 def as_imaged(measured: pd.DataFrame) -> pd.DataFrame:
     """Only the rows among which one can choose where the images have been labelled already."""
     return measured[(measured.stage != IMAGES) | measured.today]

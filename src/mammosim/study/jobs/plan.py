@@ -8,6 +8,8 @@ import pandas as pd
 
 JOBS = re.compile(r"^(?P<rule>[a-z][a-z0-9_]*)\s+(?P<jobs>\d+)$", re.MULTILINE)
 HERE, TABLE, UNKNOWN = "measured here", "table", "not measured"
+POINTS = "by points"
+BATCH = "campaign_batch"  # the rule whose jobs are batches of points
 COLUMNS = ["target", "rule", "jobs", "seconds_each", "seconds", "memory_mb", "cost"]
 
 
@@ -29,10 +31,15 @@ def costs(benchmarks: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([here.assign(cost=HERE), rest.assign(cost=TABLE)])
 
 
-def plan(targets: Mapping[str, Mapping[str, int]], known: pd.DataFrame) -> pd.DataFrame:
+def plan(
+    targets: Mapping[str, Mapping[str, int]],
+    known: pd.DataFrame,
+    batches: Mapping[str, float] | None = None,
+) -> pd.DataFrame:
     """A row per target and rule, COLUMNS; seconds of a processor. A rule without a cost counts as nothing.
 
-    targets: name -> jobs by rule; known: see costs.
+    targets: name -> jobs by rule; known: see costs; batches: target -> seconds of all its jobs of BATCH, of
+    which no two cost the same.
     """
     rows = [(target, rule, jobs) for target, rules in targets.items() for rule, jobs in rules.items()]
     table = pd.DataFrame(rows, columns=["target", "rule", "jobs"])
@@ -40,6 +47,10 @@ def plan(targets: Mapping[str, Mapping[str, int]], known: pd.DataFrame) -> pd.Da
     table = table.assign(
         seconds_each=found.seconds, memory_mb=found.memory_mb, cost=found.cost.fillna(UNKNOWN)
     )
+    for target, seconds in (batches or {}).items():
+        here = (table.target == target) & (table.rule == BATCH)
+        table.loc[here, "seconds_each"] = seconds / table.jobs[here]
+        table.loc[here, "cost"] = POINTS
     return table.assign(seconds=table.jobs * table.seconds_each)[COLUMNS]
 
 

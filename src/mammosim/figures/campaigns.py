@@ -1,0 +1,230 @@
+"""What a campaign answers, against what it varies: any number of values, by colours and facets."""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+
+from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SEQUENTIAL, WIDTH, new_figure, styled
+from mammosim.study.campaigns.axes import LOG
+from mammosim.study.campaigns.campaign import Campaign
+from mammosim.study.campaigns.table import ERROR, SUBJECT
+from mammosim.study.report.pages import heading
+
+INTERVAL = (0.1, 0.9)  # quantiles between which 80 % of the points lie
+FACETS = 9  # panels at most: what is more is a mean over the last names
+PAIRS = 6
+BINS = 12  # of a setting that a design samples
+TICKS = 12  # names along an axis; of more every second, third...
+CONFIDENCE = 1.96  # standard errors of a 95 % interval
+SHORT = 34  # letters of a label
+
+
+def label(key: str) -> str:
+    """A setting as an axis names it: the last words of its key, with the unit."""
+    words = heading(key.removeprefix("load.").removeprefix("tissues.").replace(".", " ").replace(" ", "_"))
+    return words if len(words) <= SHORT else f"…{words[-SHORT:]}"
+
+
+def varied(campaign: Campaign, table: pd.DataFrame) -> list[str]:
+    """The columns that differ between points: settings, then whose breast."""
+    return [name for name in (*campaign.keys, *SUBJECT) if table[name].nunique() > 1]
+
+
+def is_line(campaign: Campaign, key: str) -> bool:
+    """Whether a setting has numbers to draw along an axis."""
+    return key not in SUBJECT and next(each for each in campaign.axes if each.key == key).is_numeric
+
+
+def is_log(campaign: Campaign, key: str) -> bool:
+    """Whether its axis is logarithmic."""
+    return any(each.key == key and each.scale == LOG for each in campaign.axes)
+
+
+@styled
+def against(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure:
+    """One answer against each setting: every point, and the middle and 80 % of the points at each value."""
+    keys = varied(campaign, table)
+    across = min(3, len(keys))
+    down = -(-len(keys) // across)
+    figure = new_figure(2.3 * down, width=WIDTH if across > 1 else 0.6 * WIDTH)
+    panels = figure.subplots(down, across, squeeze=False, sharey=True).ravel()
+    for ax, key in zip(panels, keys):
+        _against(ax, campaign, table.dropna(subset=[name]), key, name)
+    for ax in panels[len(keys) :]:
+        ax.set_visible(False)
+    for ax in panels[::across]:
+        ax.set_ylabel(heading(name))
+    return figure
+
+
+def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: str) -> None:
+    numeric = is_line(campaign, key)
+    names = list(dict.fromkeys(map(str, table[key])))
+    place = table[key] if numeric else table[key].astype(str).map({n: i for i, n in enumerate(names)})
+    ax.plot(place, table[name], ".", color=QUIET, ms=2.5, alpha=max(0.05, min(0.6, 60 / len(table))))
+    grouped = table[name].groupby(_binned(place) if numeric else place)
+    low, middle, high = (grouped.quantile(q) for q in (INTERVAL[0], 0.5, INTERVAL[1]))
+    if numeric:
+        ax.fill_between(middle.index, low, high, color=BLUE, alpha=0.18, lw=0)
+        ax.plot(middle.index, middle, "-o", color=BLUE, ms=3)
+    else:
+        ax.errorbar(middle.index, middle, yerr=[middle - low, high - middle], fmt="o", color=BLUE, capsize=3)
+        step = -(-len(names) // TICKS)
+        ax.set_xticks(range(0, len(names), step), names[::step], rotation=30, ha="right", fontsize=7)
+        ax.set_xlim(-0.6, len(names) - 0.4)
+    if is_log(campaign, key):
+        ax.set_xscale("log")
+    ax.set_xlabel(label(key))
+
+
+def _binned(values: pd.Series) -> pd.Series:
+    """The values themselves, or where there are many the middle of those in each of BINS equal groups."""
+    if values.nunique() <= max(2 * BINS, 45):
+        return values
+    group = pd.qcut(values, BINS, duplicates="drop")
+    return values.groupby(group, observed=True).transform("median")
+
+
+@styled
+def lines(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
+    """One answer along the setting with most values, coloured by another, a panel per combination of names.
+
+    With 95 % intervals where the answer has an error. None where no setting has numbers.
+    """
+    keys = varied(campaign, table)
+    numeric = sorted((k for k in keys if is_line(campaign, k)), key=lambda k: -table[k].nunique())
+    if campaign.design is not None or not numeric:
+        return None
+    x, *colours = numeric
+    panels = list(_facets(table, [key for key in keys if key not in numeric]))
+    across = min(3, len(panels))
+    down = -(-len(panels) // across)
+    figure = new_figure(2.5 * down, width=WIDTH if across > 1 or colours else 0.7 * WIDTH)
+    axes = figure.subplots(down, across, squeeze=False, sharey=True, sharex=True).ravel()
+    norm = _norm(campaign, table, colours[0]) if colours else None
+    for ax, (title, rows) in zip(axes, panels):
+        _lines(ax, rows, x, name, colours[0] if colours else "", norm)
+        ax.set_title(title, fontsize=8)
+        ax.set_xlabel(label(x))
+        if is_log(campaign, x):
+            ax.set_xscale("log")
+    for ax in axes[len(panels) :]:
+        ax.set_visible(False)
+    for ax in axes[::across]:
+        ax.set_ylabel(heading(name))
+    if norm is not None:
+        figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=list(axes), label=label(colours[0]))
+    return figure
+
+
+def _facets(table: pd.DataFrame, names: Sequence[str]) -> Iterator[tuple[str, pd.DataFrame]]:
+    """The rows of each combination of names, with its words; names that would make too many are left out."""
+    names = list(names)
+    while names and table[names].drop_duplicates().shape[0] > FACETS:
+        names.pop()
+    if not names:
+        yield "", table
+        return
+    for key, rows in table.groupby(names, sort=False):
+        yield ", ".join(map(str, key)), rows
+
+
+def _lines(ax: Axes, rows: pd.DataFrame, x: str, name: str, colour: str, norm: Normalize | None) -> None:
+    from matplotlib import colormaps
+
+    error = f"{name}{ERROR}"
+    groups = rows.groupby(colour) if norm is not None else [(None, rows)]
+    for value, group in groups:
+        shade = BLUE if norm is None or value is None else colormaps[SEQUENTIAL](norm(value))
+        mean = group.groupby(x)[name].mean()
+        ax.plot(mean.index, mean, "-", color=shade, lw=1.2, marker="." if len(mean) <= 60 else "")
+        if error in group:
+            # The mean of several points has the error of one over the root of their number.
+            each = group.groupby(x)[error]
+            spread = CONFIDENCE * np.sqrt(each.apply(lambda e: (e**2).sum())) / each.size()
+            ax.fill_between(mean.index, mean - spread, mean + spread, color=shade, alpha=0.25, lw=0)
+
+
+def _norm(campaign: Campaign, table: pd.DataFrame, key: str) -> Normalize:
+    kind = LogNorm if is_log(campaign, key) else Normalize
+    return kind(float(table[key].min()), float(table[key].max()))
+
+
+@styled
+def pairs(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
+    """One answer over pairs of settings: means over all others, or every point of a design. None of one."""
+    keys = varied(campaign, table)
+    shown = list(combinations(sorted(keys, key=lambda k: -table[k].nunique()), 2))[:PAIRS]
+    if not shown:
+        return None
+    across = min(3, len(shown))
+    down = -(-len(shown) // across)
+    figure = new_figure(2.5 * down, width=WIDTH if across > 1 else 0.65 * WIDTH)
+    axes = figure.subplots(down, across, squeeze=False).ravel()
+    there = table.dropna(subset=[name])
+    norm = Normalize(there[name].min(), there[name].max())
+    for ax, (one, other) in zip(axes, shown):
+        sampled = {one, other} & set(campaign.spans)
+        (_scattered if sampled else _map)(ax, campaign, there, one, other, name, norm)
+        ax.set(xlabel=label(one), ylabel=label(other))
+        ax.grid(False)
+    for ax in axes[len(shown) :]:
+        ax.set_visible(False)
+    figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=list(axes), label=heading(name))
+    return figure
+
+
+def _map(
+    ax: Axes, campaign: Campaign, table: pd.DataFrame, one: str, other: str, name: str, norm: Normalize
+) -> None:
+    order = {key: list(dict.fromkeys(table[key].sort_values() if is_line(campaign, key) else table[key]))
+             for key in (one, other)}  # fmt: skip
+    means = table.pivot_table(name, other, one, aggfunc="mean", observed=True)
+    means = means.reindex(index=order[other], columns=order[one])
+    ax.imshow(means.to_numpy(), norm=norm, cmap=SEQUENTIAL, aspect="auto", origin="lower")
+    for values, ticks in ((order[one], ax.set_xticks), (order[other], ax.set_yticks)):
+        step = -(-len(values) // 6)
+        words = [f"{v:.3g}" if isinstance(v, (int, float)) else str(v) for v in values[::step]]
+        ticks(range(0, len(values), step), words, fontsize=7)
+
+
+def _scattered(
+    ax: Axes, campaign: Campaign, table: pd.DataFrame, one: str, other: str, name: str, norm: Normalize
+) -> None:
+    ax.scatter(table[one], table[other], c=table[name], norm=norm, cmap=SEQUENTIAL, s=9, lw=0)
+    for key, scale in ((one, ax.set_xscale), (other, ax.set_yscale)):
+        if is_log(campaign, key):
+            scale("log")
+
+
+@styled
+def explained(shares: pd.DataFrame) -> Figure:
+    """What part of the variance of each answer each setting explains, with its interval and total, if any."""
+    names = list(dict.fromkeys(shares.quantity))
+    height = sum(0.19 * len(shares[shares.quantity == name]) + 0.55 for name in names)
+    figure = new_figure(min(height, 40.0))
+    sizes = [len(shares[shares.quantity == name]) for name in names]
+    panels = figure.subplots(len(names), 1, squeeze=False, sharex=True, height_ratios=sizes)[:, 0]
+    for ax, name in zip(panels, names):
+        rows = shares[shares.quantity == name].reset_index(drop=True)
+        place = np.arange(len(rows))
+        ax.barh(place, rows.share, color=BLUE, height=0.6, label="share")
+        if rows.total.notna().any():
+            ax.plot(rows.total, place, "D", color=ORANGE, ms=4, label="in total")
+            ax.errorbar(
+                rows.share, place, xerr=[rows.share - rows.low, rows.high - rows.share], fmt="none", color=INK
+            )
+            ax.legend(fontsize=7, loc="lower right")
+        words = [" x ".join(label(key) for key in setting.split(" x ")) for setting in rows.setting]
+        ax.set_yticks(place, words, fontsize=7)
+        ax.invert_yaxis()
+        ax.grid(False, axis="y")
+        ax.set_title(heading(name), fontsize=8)
+    panels[-1].set_xlabel("share of the variance")
+    return figure

@@ -1,0 +1,109 @@
+"""Figures of a campaign can be read for any number of values, and show what the table has."""
+
+import numpy as np
+import pytest
+import yaml
+
+from mammosim.figures import campaigns as figures
+from mammosim.study.campaigns.campaign import Campaign
+from mammosim.study.campaigns.table import frame, shares
+
+GLAND = "load.tissues.glandular.youngs_modulus_kpa"
+GRID = f"""
+vary:
+  {GLAND}: {{from: 0.5, to: 50, number: 40, scale: log}}
+  load.thickness_mm: [45, 50, 55]
+  load.paddle: [standard, flexible]
+"""
+SAMPLE = f"""
+vary:
+  {GLAND}: {{from: 0.5, to: 50, scale: log}}
+  load.thickness_mm: {{from: 40, to: 60}}
+design: {{saltelli: 32}}
+"""
+
+
+def made(text):
+    given = {"title": "t", "subjects": {"small": ["left"]}, "asked": ["agd_mgy"]} | yaml.safe_load(text)
+    campaign = Campaign.of("mine", given, file="mine.yaml")
+    rows = [
+        {
+            **{"point": str(n), "volunteer": "small", "side": "left", "shown": dict(point.shown)},
+            **{"answers": {"agd_mgy": dose(point.shown)}, "errors": {"agd_mgy": 0.05}, "seconds": 1.0},
+            **{"outcome": "converged", "reason": ""},
+        }
+        for n, point in enumerate(campaign.points())
+    ]
+    return campaign, frame(campaign, rows)
+
+
+def dose(shown):
+    return (
+        3
+        + np.log(shown[GLAND]) * (60 - shown["load.thickness_mm"]) / 20
+        + (shown.get("load.paddle") == "flexible")
+    )
+
+
+def test_an_answer_is_drawn_against_each_setting_on_its_own_scale():
+    campaign, table = made(GRID)
+    gland, thickness, paddle = figures.against(campaign, table, "agd_mgy").axes
+    assert gland.get_xscale() == "log"
+    assert gland.get_xlabel() == "glandular youngs modulus (kPa)"
+    assert gland.get_ylabel() == "agd (mGy)"
+    middle = gland.lines[1]
+    expected = table.groupby(GLAND).agd_mgy.median()
+    assert np.allclose(middle.get_xydata(), np.column_stack([expected.index, expected]))
+    assert [label.get_text() for label in paddle.get_xticklabels()] == ["standard", "flexible"]
+    assert len(thickness.lines[1].get_xdata()) == 3
+
+
+def test_lines_have_a_panel_for_each_name_and_a_colour_for_each_number():
+    campaign, table = made(GRID)
+    figure = figures.lines(campaign, table, "agd_mgy")
+    standard, flexible, bar = figure.axes
+    assert [ax.get_title(loc="left") for ax in (standard, flexible)] == ["standard", "flexible"]
+    assert bar.get_ylabel() == "thickness (mm)"
+    assert len(standard.lines) == 3
+    assert len({line.get_color() for line in standard.lines}) == 3
+    assert [len(line.get_xdata()) for line in flexible.lines] == [40] * 3
+
+
+def test_forty_names_are_no_forty_panels():
+    names = ", ".join(f"n{n}: {{youngs_modulus_mpa: {n}}}" for n in range(1, 41))
+    campaign, table = made(GRID.replace("[standard, flexible]", f"{{named: {{{names}}}}}"))
+    assert len(figures.lines(campaign, table, "agd_mgy").axes) == 2  # one panel and the colours
+    *_, paddle = figures.against(campaign, table, "agd_mgy").axes
+    assert len(paddle.get_xticks()) <= figures.TICKS
+
+
+def test_pairs_are_maps_of_means_or_every_point_of_a_sample():
+    campaign, table = made(GRID)
+    *maps, _ = figures.pairs(campaign, table, "agd_mgy").axes
+    assert len(maps) == 3
+    image = np.asarray(maps[0].images[0].get_array())
+    means = table.pivot_table("agd_mgy", "load.thickness_mm", GLAND)
+    assert image == pytest.approx(means.to_numpy())
+    campaign, table = made(SAMPLE)
+    points, _ = figures.pairs(campaign, table, "agd_mgy").axes
+    assert len(points.collections[0].get_offsets()) == len(table) == 128
+    assert points.get_yscale() == "linear"
+    assert points.get_xscale() == "log"
+
+
+def test_a_sample_has_no_lines_and_its_shares_have_intervals():
+    campaign, table = made(SAMPLE)
+    assert figures.lines(campaign, table, "agd_mgy") is None
+    (ax,) = figures.explained(shares(campaign, table)).axes
+    assert [label.get_text() for label in ax.get_yticklabels()] == [
+        "glandular youngs modulus (kPa)",
+        "thickness (mm)",
+    ]
+    assert ax.get_legend() is not None
+
+
+def test_points_without_an_answer_leave_a_gap():
+    campaign, table = made(GRID)
+    table.loc[table[GLAND] > 20, "agd_mgy"] = np.nan
+    for draw in (figures.against, figures.lines, figures.pairs):
+        assert draw(campaign, table, "agd_mgy") is not None
