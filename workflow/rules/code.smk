@@ -3,7 +3,7 @@
 from mammosim.study.jobs.code import Sources
 
 # The table of the stages is left out: what it says of a job shows in the job's own inputs and parameters.
-SOURCES = Sources(HOME / "src", frozenset({PACKAGE / "chain" / "stages.py"}))
+SOURCES = Sources(PACKAGE.parent, frozenset({PACKAGE / "chain" / "stages.py"}))
 
 
 @cache
@@ -11,7 +11,7 @@ def library(script, *products):
     """A digest of all package files that a script, and these products with all before them, depend on."""
     names = {each for product in products for each in (*upstream(STAGES, product), product)}
     modules = {STAGES[name].module for name in names}
-    files = [HOME / "src" / Path(*module.split(".")).with_suffix(".py") for module in modules]
+    files = [PACKAGE.parent / Path(*module.split(".")).with_suffix(".py") for module in modules]
     return SOURCES.digest([SCRIPTS / script, *files])
 
 

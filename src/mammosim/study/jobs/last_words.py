@@ -16,15 +16,17 @@ NO_ERROR = "its log ends without an error: it may have been killed, for instance
 
 @dataclass(frozen=True)
 class Failure:
-    """A job that failed: rule and wildcards, and its log if the rule has one."""
+    """A job that failed: rule and wildcards, its log if it has one, and what a cluster says of its end."""
 
     job: str
     log: Path | None
+    cluster: str = ""
 
     def lines(self, since: float) -> list[str]:
         """The job with its reason, and its log; since: when the run began (s since the epoch)."""
         found = self.log is not None and self.log.exists() and self.log.stat().st_mtime >= since
         why = reason(self.log.read_text(errors="replace")) if self.log and found else NO_LOG
+        why = self.cluster if self.cluster and why in (NO_ERROR, NO_LOG) else why
         return [f"  {self.job}: {why}", *([f"    log: {self.log}"] if found else [])]
 
 
