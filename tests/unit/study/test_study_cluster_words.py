@@ -21,6 +21,7 @@ TRACEBACK = "Traceback (most recent call last):\n  File\nValueError: wrong\n"
         ("", "OUT_OF_MEMORY", "out of memory"),
         ("slurmstepd: error: *** JOB 7 ON vm CANCELLED AT 2026-11-30T13:30:00 ***", "CANCELLED", "cancelled"),
         ("srun: error: vm: task 0: Segmentation fault", "FAILED", "says: vm: task 0: Segmentation fault"),
+        (f"{TRACEBACK}srun: error: vm: task 0: Exited with exit code 1", "FAILED", "ValueError: wrong"),
         ("", "NODE_FAIL", "NODE_FAIL"),
     ],
 )  # fmt: skip
@@ -39,8 +40,13 @@ def test_the_job_s_own_error_is_nearer_than_what_the_cluster_says(tmp_path):
     log = tmp_path / "job.log"
     log.write_text(TRACEBACK)
     assert (
-        Failure("compress small", log, "out of time").lines(0.0)[0] == "  compress small: ValueError: wrong"
+        Failure("compress small", log, cluster="out of time").lines(0.0)[0]
+        == "  compress small: ValueError: wrong"
     )
     log.write_text("step 1\n")
-    assert Failure("compress small", log, "out of time").lines(0.0)[0] == "  compress small: out of time"
-    assert Failure("compress small", None, "out of time").lines(0.0) == ["  compress small: out of time"]
+    assert (
+        Failure("compress small", log, cluster="out of time").lines(0.0)[0] == "  compress small: out of time"
+    )
+    assert Failure("compress small", None, cluster="out of time").lines(0.0) == [
+        "  compress small: out of time"
+    ]

@@ -3,6 +3,8 @@
 import re
 from collections.abc import Mapping
 
+from mammosim.study.jobs.last_words import NO_ERROR, reason
+
 AGAIN = "ask for more by --set-resources"
 # What Slurm writes into the log of a job that it ends.
 TIME_LIMIT = re.compile(r"DUE TO TIME LIMIT|TIMEOUT")
@@ -25,6 +27,9 @@ def cluster_reason(log: str, status: str, asked: Mapping[str, int | str]) -> str
         return f"out of time: it needed more than its runtime = {asked.get('runtime', 'none')} min; {AGAIN}"
     if CANCELLED.search(said):
         return "cancelled on the cluster"
+    # What failed before the job had a log of its own.
+    if (error := reason(log)) != NO_ERROR:
+        return error
     if errors := OF_SLURM.findall(said):
         return f"the cluster says: {errors[-1]}"
     first = next(iter(status.splitlines()), "")

@@ -47,8 +47,9 @@ class Request:
     @property
     def short(self) -> bool:
         """Whether a job of its own would cost more than the work."""
-        known = self.seconds is not None and self.memory_mb is not None
-        return known and self.seconds <= SHORT_S and self.memory_mb <= SMALL_MB
+        if self.seconds is None or self.memory_mb is None:
+            return False
+        return self.seconds <= SHORT_S and self.memory_mb <= SMALL_MB
 
 
 def requests(stated: Mapping[str, float], costs: Mapping[str, Mapping[str, str]]) -> dict[str, Request]:
