@@ -11,7 +11,8 @@ from snakemake.exceptions import WorkflowError
 
 # The package of this checkout, whether it is installed or not, for the rules and for the scripts that they run.
 sys.path.insert(0, str(HOME / "src"))
-os.environ.update(PYTHONPATH=os.pathsep.join([sys.path[0], *filter(None, [os.getenv("PYTHONPATH")])]))
+SEARCHED = [sys.path[0], *filter(None, os.getenv("PYTHONPATH", "").split(os.pathsep))]
+os.environ.update(PYTHONPATH=os.pathsep.join(dict.fromkeys(SEARCHED)))
 
 import mammosim
 from mammosim.chain import configuration, relations

@@ -6,7 +6,7 @@ R = 2^(attempt - 1) (r M + S), with M of the rule in MB, r the room and S what s
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-# Measured: Snakemake starts twice in a job, and waits in 190 MB each; srun and shells take the rest.
+# Measured: Snakemake starts twice in a job and waits in 140 to 190 MB each; srun and shells take the rest.
 STARTS_MB = 450
 START_S = 15.0  # two starts of at most 3 s, on a node that is busy or reads its files over the network
 # ASSUME: the measured woman is as large as most; a larger one, or a finer mesh, takes half as much again, and
