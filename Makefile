@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
 
-.PHONY: study smoke robust machines peers test test-faults lint format lock clean
+.PHONY: study smoke robust machines peers test test-cluster test-faults lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -27,9 +27,18 @@ test: $(VENV)/ready  ## physical laws, units, error messages, and the whole chai
 test-faults: $(VENV)/ready  ## before a release: kills, full and read-only disks, files that are cut off (an hour)
 	$(BIN)/pytest -m faults -s
 
+SLURM := slurmctld slurmd slurm-client munge
+
+test-cluster: $(VENV)/ready  ## before a release: the tiny study through a Slurm that is started on this host (Debian, as root)
+	@command -v slurmctld >/dev/null || { test "$$(id -u)" = 0 && apt-get update --quiet --quiet && \
+	    apt-get install --quiet --quiet --yes --no-install-recommends $(SLURM); } || \
+	    echo "no Slurm here: as root, apt-get install --no-install-recommends $(SLURM)"
+	$(BIN)/pytest -m cluster -rs
+
 lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/snakefmt --check workflow
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/snakemake --lint 2>&1 | $(BIN)/python tools/check_lint.py
@@ -37,6 +46,7 @@ lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
 format: $(VENV)/ready
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+	$(BIN)/snakefmt workflow
 
 # The only way to install: exact versions and hashes. uv does it in seconds, pip in minutes.
 $(VENV)/ready: environment.lock tools/check_system.py tools/link_package.py
@@ -44,7 +54,7 @@ $(VENV)/ready: environment.lock tools/check_system.py tools/link_package.py
 	$(PYTHON) -m venv $(VENV)
 	@if command -v uv >/dev/null; then \
 	    echo "installing environment.lock with uv"; \
-	    uv pip sync --quiet --python $(BIN)/python --require-hashes environment.lock; \
+	    uv pip sync --quiet --compile-bytecode --python $(BIN)/python --require-hashes environment.lock; \
 	else \
 	    echo "installing environment.lock with pip (some minutes; uv is faster)"; \
 	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r environment.lock; \
@@ -72,7 +82,7 @@ LOCKED := --universal --python-version 3.11 --generate-hashes --no-annotate --no
     --no-emit-find-links --upgrade --quiet
 
 lock:  ## renew environment.lock and peers.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra dev --extra workflow $(LOCKED) --output-file environment.lock
+	uv pip compile pyproject.toml --extra dev --extra workflow --extra cluster --extra crate $(LOCKED) --output-file environment.lock
 	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
 
 clean:  ## forget the environment and every result

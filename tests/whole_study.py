@@ -17,7 +17,7 @@ import pytest
 
 # Targets that run beside the default one: their jobs keep a core busy while it has none to start.
 BESIDE = ("accuracy", "recovery", "scenes")
-PARTS = ("Snakefile", "config", "workflow", "src", "environment.lock")
+PARTS = ("config", "workflow", "src", "environment.lock")
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Study:
     ) -> subprocess.CompletedProcess[str]:
         """Run snakemake on the tiny configuration; both streams as text in stdout. env: more of it."""
         command = [
-            *(sys.executable, "-m", "snakemake", "--snakefile", str(self.home / "Snakefile")),
+            *(sys.executable, "-m", "snakemake", "--snakefile", str(self.home / "workflow/Snakefile")),
             *("--directory", str(self.run), "--configfile", str(self.home / "config/smoke.yaml")),
             *("--cores", "2", "--workflow-profile", "none", *arguments),
         ]

@@ -143,7 +143,7 @@ def test_what_the_readme_says_can_be_planned(block, study, tmp_path):
         echo_time_ms=70.0,
         repetition_time_ms=4500.0,
     )
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "Snakefile")]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "workflow/Snakefile")]
     command += ["--workflow-profile", "none", "--dry-run"]
     ran = subprocess.run(
         ["bash", "-e", "-c", block.replace(".venv/bin/snakemake", shlex.join(command))],

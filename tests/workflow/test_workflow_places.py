@@ -15,7 +15,13 @@ def test_blanks_and_umlauts_in_every_path_and_no_locale(study, tmp_path):
     environment = tmp_path / "an environment"
     environment.symlink_to(Path(sys.prefix), target_is_directory=True)
     command = [
-        *(str(environment / "bin/python"), "-m", "snakemake", "--snakefile", str(home / "Snakefile")),
+        *(
+            str(environment / "bin/python"),
+            "-m",
+            "snakemake",
+            "--snakefile",
+            str(home / "workflow/Snakefile"),
+        ),
         *("--directory", str(run), "--configfile", str(home / "config/smoke.yaml"), "--cores", "2"),
         *("--workflow-profile", "none", "results/truth/small/stress_free.vtu"),
     ]

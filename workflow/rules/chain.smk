@@ -167,9 +167,7 @@ def reads(*products):
         chain = chain_of({"subject": subject_of(wildcards), "settings": settings, "effects": effects}, {})
         variant = wildcards.get("also", "")
         study = study_chain(wildcards) if variant else None
-        return job_inputs(
-            products, places(wildcards), chain, also=lambda name: variant_of(name, chain, study) if variant else ""
-        )
+        return job_inputs(products, places(wildcards), chain, also=lambda name: variant_of(name, chain, study) if variant else "")
 
     return of
 
@@ -224,8 +222,7 @@ def writes(*products):
 
 def runs(*products):
     """The parameters of a job that makes these products."""
-    return {"products": list(products), "functions": [STAGES[name].function for name in products],
-            "given": given(*products)}
+    return {"products": list(products), "functions": [STAGES[name].function for name in products], "given": given(*products)}
 
 
 wildcard_constraints:

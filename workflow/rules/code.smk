@@ -4,9 +4,8 @@ from mammosim.study.jobs.code import Sources, locked
 
 # The table of the stages is left out: what it says of a job shows in the job's own inputs and parameters.
 # A package of the lock that is renewed reruns what imports it, and nothing else.
-SOURCES = Sources(
-    HOME / "src", frozenset({PACKAGE / "chain" / "stages.py"}), locked((HOME / "environment.lock").read_text(encoding="utf-8"))
-)
+LOCKED = locked((HOME / "environment.lock").read_text(encoding="utf-8"))
+SOURCES = Sources(PACKAGE.parent, frozenset({PACKAGE / "chain" / "stages.py"}), LOCKED)
 
 
 @cache
@@ -14,7 +13,7 @@ def library(script, *products):
     """A digest of all package files that a script, and these products with all before them, depend on."""
     names = {each for product in products for each in (*upstream(STAGES, product), product)}
     modules = {STAGES[name].module for name in names}
-    files = [HOME / "src" / Path(*module.split(".")).with_suffix(".py") for module in modules]
+    files = [PACKAGE.parent / Path(*module.split(".")).with_suffix(".py") for module in modules]
     return SOURCES.digest([SCRIPTS / script, *files])
 
 

@@ -10,6 +10,12 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 
+# The package of this checkout, whether it is installed or not, for the rules and for the scripts that they run.
+sys.path.insert(0, str(HOME / "src"))
+SEARCHED = [sys.path[0], *filter(None, os.getenv("PYTHONPATH", "").split(os.pathsep))]
+os.environ.update(PYTHONPATH=os.pathsep.join(dict.fromkeys(SEARCHED)))
+
+import mammosim
 from mammosim.chain import configuration, relations
 from mammosim.chain.graph import overridden
 from mammosim.core.errors import ConfigurationError
@@ -18,10 +24,12 @@ from mammosim.io.plain import read_plain
 PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
 sys.executable = shlex.quote(PYTHON)
-HOME = Path(workflow.basedir)
 HERE = Path(os.path.relpath(HOME))  # as an input is recorded: the same when all of it is moved
-PACKAGE = HOME / "src" / "mammosim"
+PACKAGE = Path(mammosim.__file__).parent
 SCRIPTS = HOME / "workflow" / "scripts"
+# How many jobs run at a time: of a cluster, where one is told, which then need no number of cores.
+AT_A_TIME = workflow.resource_settings.nodes or workflow.resource_settings.cores or 1
+ON_CLUSTER = workflow.resource_settings.nodes is not None
 read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
 
 
@@ -60,6 +68,8 @@ def checked(settings, schema, files, *, known=None, finite=True):
 
 def given_settings():
     """What each file of the configuration gave, and the command line, later over earlier."""
+    if OF_ANOTHER:
+        return {str(DEFAULT): read_yaml(DEFAULT), "the config of the module": GIVEN_BY_ANOTHER}
     *overrides, default = workflow.configfiles  # the order in which Snakemake lists them
     files = {str(file): read_yaml(file) for file in (default, *overrides)}
     words = workflow.config_settings.config
@@ -121,6 +131,12 @@ def stems(folder):
     return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("*.yaml")})
 
 
+# A workflow of which this one is a module gives what is to be otherwise than in the published study.
+DEFAULT = HOME / "config" / "default.yaml"
+OF_ANOTHER = not workflow.modifier.is_main_snakefile()
+GIVEN_BY_ANOTHER = config if OF_ANOTHER else {}
+if OF_ANOTHER:
+    config = overridden(read_yaml(DEFAULT), GIVEN_BY_ANOTHER)
 if os.path.lexists("results") and not Path("results").is_dir():
     raise WorkflowError(f"{Path('results').absolute()} is no folder; move it, or run the study with --directory elsewhere")
 if workflow.is_main_process and Path("results/checked").is_dir() and not any(Path(".snakemake/metadata").glob("*")):
@@ -128,6 +144,8 @@ if workflow.is_main_process and Path("results/checked").is_dir() and not any(Pat
         "results/ came without .snakemake: no record says with which settings, data and versions they were made, and "
         "they are taken as they are. Copy .snakemake with them, or make them anew by --forceall."
     )
+# What one job of each was measured to take, by name of the rule.
+COSTS = {row["rule"]: row for row in read_plain(home("config/costs.tsv"))}
 GIVEN = given_settings()
 KNOWN = known_names()
 checked(config, "config", GIVEN, known=KNOWN)

@@ -203,9 +203,7 @@ MORE_OPTIONS = {
     **dict.fromkeys(("stress_free_{v}", "true_stress_free_{v}"), {"methods": lambda wildcards: methods_of(wildcards.v)}),
     "identification_{v}": {"prior": IDENTIFICATION["prior"]},
     "validation_{v}_{p}": {"fitted": lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)}},
-    **dict.fromkeys(
-        ("thickness_{v}_{side}_{moduli}", "discomfort_{v}_{side}_{moduli}"), {"strategies": list(STRATEGIES)}
-    ),
+    **dict.fromkeys(("thickness_{v}_{side}_{moduli}", "discomfort_{v}_{side}_{moduli}"), {"strategies": list(STRATEGIES)}),
 }
 
 for figure, (function, shown) in PICTURED.items():
@@ -213,17 +211,17 @@ for figure, (function, shown) in PICTURED.items():
     named = ("score_" if "truth" in shown else "figure_") + figure.split("_{")[0]
 
     rule:
+        """One figure of files of results; its function says what it shows."""
         name:
             named
-        """One figure of files of results; its function says what it shows."""
         input:
             **shown,
         output:
             f"results/study/figures/{figure}.png",
         params:
+            **MORE_OPTIONS.get(figure, {}),
             function=function,
             library=pictured_by(function),
-            **MORE_OPTIONS.get(figure, {}),
         log:
             f"results/logs/{named}/{figure}.log",
         benchmark:

@@ -26,6 +26,7 @@ rule check_input:
         "results/logs/check_input/{v}_{p}.log",
     benchmark:
         "results/benchmarks/check_input/{v}_{p}.tsv"
+    retries: 0  # what is wrong with an input stays wrong
     resources:
         mem_mb=2000,
     script:

@@ -5,9 +5,7 @@ def known_strategies(names, scenes, asked_by="the configuration"):
     """The strategies of that file by name, in the order asked for; rejected when one is not there."""
     absent = [name for name in names if name not in scenes]
     if absent:
-        raise WorkflowError(
-            f"ConfigurationError: {asked_by}: no strategy {absent[0]!r}; choose one of: {', '.join(scenes)}"
-        )
+        raise WorkflowError(f"ConfigurationError: {asked_by}: no strategy {absent[0]!r}; choose one of: {', '.join(scenes)}")
     return {name: scenes[name] for name in names}
 
 
@@ -74,7 +72,9 @@ def pressed_all_ways(end):
     return [
         path
         for strategy, moduli in ways
-        for path in over(f"results/compression/{{v}}/{{side}}/{strategy}_{moduli}{end}", able("pressed"), side=COMPRESSION["sides"])
+        for path in over(
+            f"results/compression/{{v}}/{{side}}/{strategy}_{moduli}{end}", able("pressed"), side=COMPRESSION["sides"]
+        )
     ]
 
 

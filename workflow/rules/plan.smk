@@ -2,6 +2,10 @@
 import time
 
 
+localrules:
+    plan,  # it is for the one who waits at the terminal
+
+
 rule plan:
     """Before a run: scenes and their effects, jobs, expected minutes and memory of every target."""
     input:
@@ -13,7 +17,7 @@ rule plan:
         dry_run=[
             *(PYTHON, "-m", "snakemake", "--dry-run", "--quiet", "rules"),
             *asked_settings(),
-            *("--snakefile", str(HOME / "Snakefile")),
+            *("--snakefile", str(HOME / "workflow" / "Snakefile")),
         ],
         targets=[
             *("study", *(name for name in PAGES if name not in allowed.QUESTIONS or able(name))),
@@ -21,7 +25,7 @@ rule plan:
         ],
         campaigns=lambda wildcards: {f"campaign_{name}": campaign_cost(name) for name in CAMPAIGNS},
         scenes={name: effects_or_file(name) for name in SCENES},
-        cores=workflow.cores or 1,
+        cores=AT_A_TIME,
         now=time.time(),  # what there is to do changes with every run, which no file says,
         library=library("plan.py"),
     log:

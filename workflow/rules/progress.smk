@@ -10,6 +10,7 @@ import psutil
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from mammosim.study.jobs.cluster_words import cluster_reason
 from mammosim.study.jobs.last_words import Failure, Run, interrupted, last_words, locked, missing_in_brief
 from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded, time_words
 
@@ -37,6 +38,7 @@ class Progress(logging.Handler):
         super().__init__()
         self.time_left, self.start = TimeLeft(costs, cores), time.time()
         self.ended = None
+        self.said = {}  # by a cluster of a job that failed: id -> its message, and the logs
         self.interrupted = False
 
     def interrupt(self, number, frame):
@@ -74,6 +76,7 @@ class Progress(logging.Handler):
             self.ended = record.job_id
         elif event == LogEvent.JOB_ERROR:
             self.time_left.running.pop(record.jobid, None)
+            self.said[record.jobid] = record.rule_msg, record.log
             if record.rule_name in ENDING_RULES:
                 workflow.scheduler.keepgoing = False
         elif event == LogEvent.PROGRESS and record.done < record.total:
@@ -125,6 +128,14 @@ class Progress(logging.Handler):
             each.priority = ENDING_PRIORITY if each.name in ENDING_RULES else round(longest.get(each.name, 0.0))
         workflow.dag.update_priority()
 
+    def cluster_says(self, job):
+        """Why a job of a cluster has failed, where the cluster knows; nothing of a job of this machine."""
+        message, logs = self.said.get(workflow.dag.jobid(job), (None, []))
+        if workflow.local_exec or workflow.is_local(job.rule) or not message:
+            return ""
+        text = "".join(path.read_text(errors="replace") for path in map(Path, logs) if path.is_file())
+        return cluster_reason(text, message, {name: job.resources.get(name) for name in ("mem_mb", "runtime")})
+
     def last_words(self, run_log):
         """Which jobs failed, why, and where their logs are; run_log: the files of what Snakemake has said."""
         said = Path(run_log[0]) if run_log else None
@@ -134,7 +145,7 @@ class Progress(logging.Handler):
         names = [self.label(job.rule.name, job.wildcards_dict) for job in failed]
         logs = [Path(job.log[0]).resolve() if job.log else None for job in failed]
         return last_words(
-            map(Failure, names, logs, [job.resources.get("mem_mb") for job in failed]),
+            map(Failure, names, logs, [job.resources.get("mem_mb") for job in failed], map(self.cluster_says, failed)),
             not_run=len(self.to_do()[0]) - len(failed),
             stopped=not workflow.scheduler.keepgoing,
             results=Path("results").resolve(),
@@ -143,9 +154,8 @@ class Progress(logging.Handler):
         )
 
 
-if workflow.is_main_process and not workflow.dryrun:
-    costs = {row["rule"]: float(row["seconds"]) for row in read_plain(home("config/costs.tsv"))}
-    PROGRESS = Progress(costs, workflow.nodes or workflow.cores or 1)
+if workflow.is_main_process and not workflow.dryrun and not OF_ANOTHER:
+    PROGRESS = Progress({name: float(row["seconds"]) for name, row in COSTS.items()}, AT_A_TIME)
     logger.addHandler(PROGRESS)
     if not {"--unlock", "--nolock"} & set(sys.argv) and any(Path(".snakemake/locks").glob("*")):
         raise WorkflowError(locked(Run.read(LOCKED_BY), Path().absolute()))

@@ -37,9 +37,7 @@ PICTURES = [
 rule missing:
     """What the study asked for and did not get, each reason once: the first page of the report names it."""
     input:
-        tables=expand(
-            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
-        ),
+        tables=expand("results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
     output:
         "results/study/missing.csv",
@@ -77,9 +75,7 @@ rule report:
     input:
         text=str(HERE / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
-        tables=expand(
-            "results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]
-        ),
+        tables=expand("results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]),
         missing="results/study/missing.csv",
         not_planned="results/study/not_planned.csv",
         quality="results/checked/all.csv",

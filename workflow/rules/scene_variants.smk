@@ -24,9 +24,7 @@ def known_scene(name):
         raise WorkflowError(f"ConfigurationError: {error}") from None
     known = sorted({volunteer for volunteer, _ in VOLUNTEERS})
     if scene.volunteer not in known:
-        raise WorkflowError(
-            f"ConfigurationError: {file}: no volunteer {scene.volunteer!r}; choose one of: {', '.join(known)}"
-        )
+        raise WorkflowError(f"ConfigurationError: {file}: no volunteer {scene.volunteer!r}; choose one of: {', '.join(known)}")
     return scene
 
 

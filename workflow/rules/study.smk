@@ -16,15 +16,9 @@ TABLES = {
     "stress_free": [
         f"results/mechanics/{v}/stress_free/{modelled_in(v)}_{method}.csv" for v in WOMEN for method in methods_of(v)
     ],
-    "stress_free_attempts": [
-        f"results/mechanics/{v}/stress_free/{modelled_in(v)}.csv" for v in able("stress_free")
-    ],
-    "stress_free_error": [
-        f"results/scores/{v}/stress_free_{method}.csv" for v in DIGITAL_WOMEN for method in methods_of(v)
-    ],
-    "unloading": [
-        f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]
-    ],
+    "stress_free_attempts": [f"results/mechanics/{v}/stress_free/{modelled_in(v)}.csv" for v in able("stress_free")],
+    "stress_free_error": [f"results/scores/{v}/stress_free_{method}.csv" for v in DIGITAL_WOMEN for method in methods_of(v)],
+    "unloading": [f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]],
     "identification": over("results/identification/{v}/moduli.csv", able("fit")),
     "fit": over("results/identification/{v}/fit.csv", able("fit")),
     "grid": over("results/identification/{v}/grid.csv", able("fit")),

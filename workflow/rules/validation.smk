@@ -120,9 +120,7 @@ rule propagation_rows:
         nipples=lambda wildcards: f"results/propagation/{wildcards.v}/{held_out(wildcards.v)[0]}_nipples.csv",
         fiducials=lambda wildcards: f"results/registration/{wildcards.v}/{held_out(wildcards.v)[0]}_fiducials.csv",
         order=expand("results/propagation/{{v}}/{side}_order.csv", side=COMPRESSION["sides"]),
-        pressed=expand(
-            "results/propagation/{{v}}/{side}_{rank}.csv", side=COMPRESSION["sides"], rank=PRESSED
-        ),
+        pressed=expand("results/propagation/{{v}}/{side}_{rank}.csv", side=COMPRESSION["sides"], rank=PRESSED),
     output:
         rows="results/propagation/{v}/rows.csv",
         pressed_rows="results/propagation/{v}/pressed.csv",

@@ -4,9 +4,7 @@ from snakemake.logging import logger
 from mammosim.study.jobs.foreseen import Study, StrategyEnd, foreseen
 
 XRAY = config["xray"]
-GEOMETRY = {
-    key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")
-}
+GEOMETRY = {key: XRAY[key] for key in ("source_to_detector_mm", "support_to_detector_mm", "pixel_mm", "field_mm")}
 
 
 if workflow.is_main_process:

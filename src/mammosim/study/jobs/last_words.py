@@ -20,17 +20,19 @@ NO_MEMORY = "MemoryError"
 
 @dataclass(frozen=True)
 class Failure:
-    """A job that failed: rule and wildcards, its log if the rule has one, and the memory that it asks for."""
+    """A job that failed: rule and wildcards, its log if it has one, its memory, and what a cluster says of its end."""
 
     job: str
     log: Path | None
     mem_mb: int | None = None
+    cluster: str = ""
 
     def lines(self, since: float) -> list[str]:
         """The job with its reason, and its log; since: when the run began (s since the epoch)."""
         found = self.log is not None and self.log.exists() and self.log.stat().st_mtime >= since
         why = reason(self.log.read_text(errors="replace")) if self.log and found else NO_LOG
-        if self.mem_mb and (why == NO_ERROR or why.startswith(NO_MEMORY)):
+        why = self.cluster if self.cluster and why in (NO_ERROR, NO_LOG) else why
+        if self.mem_mb and not self.cluster and (why == NO_ERROR or why.startswith(NO_MEMORY)):
             why = f"{why}; it asks for {self.mem_mb} MB (mem_mb), fewer jobs at once leave more for each"
         return [f"  {self.job}: {why}", *([f"    log: {self.log}"] if found else [])]
 

@@ -1,0 +1,46 @@
+"""What a cluster is asked for: of every rule what it was measured to take, or what the user says."""
+
+import re
+
+import pytest
+import yaml
+
+SPECTRUM = "results/xray/spectrum.csv"
+PROFILES = ("default", "local", "slurm")
+
+
+def asked(study, *arguments: str) -> dict[str, dict[str, str]]:
+    """Rule -> resources of its jobs in a dry run."""
+    found, rule = {}, ""
+    for line in study.snakemake("--dry-run", *arguments).stdout.splitlines():
+        word, _, rest = line.strip().partition(": ")
+        if named := re.fullmatch(r"(?:local)?(?:rule|checkpoint) (\w+):?", line.strip()):
+            rule = named[1]
+        elif word == "resources" and rule:
+            found[rule] = dict(each.split("=", 1) for each in rest.split(", "))
+    return found
+
+
+def test_every_job_of_a_cluster_asks_for_memory_with_its_starts_and_for_time(study):
+    here, there = asked(study, "--forceall"), asked(study, "--forceall", "--jobs", "9")
+    assert here.keys() == there.keys()
+    rules = [name for name in there if "mem_mb" in here[name]]
+    assert len(rules) > 50
+    assert [name for name in rules if int(there[name]["mem_mb"]) < 600] == []
+    assert [name for name in rules if int(there[name]["runtime"]) < 10] == []
+    assert not any("runtime" in each for each in here.values()), "one machine needs none"
+
+
+def test_what_the_user_says_of_a_rule_wins(study):
+    chosen = asked(study, "--jobs", "9", "--set-resources", "spectrum:mem_mb=1234", "--", SPECTRUM)
+    assert chosen["spectrum"]["mem_mb"] == "1234"
+    assert chosen["spectrum"]["runtime"] == "10"
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_every_entry_of_a_profile_is_explained(repository, name):
+    folder = repository / "workflow/profiles"
+    entries = yaml.safe_load((folder / name / "config.yaml").read_text())
+    told = (folder / "README.md").read_text().split(f"## `{name}`")[1].split("\n## ")[0]
+    keys = [*entries, *entries.get("default-resources", {})]
+    assert [key for key in keys if f"`{key}" not in told] == []
