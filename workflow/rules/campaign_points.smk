@@ -131,11 +131,11 @@ def campaign_cost(name):
         "batches": f"results/campaigns/{name}/*.json",
         "settings": pruned(settings, read_by(STAGES, campaign.read)),
         "quantities": [ASKED_QUANTITIES[each] for each in campaign.asked],
-        "kinds": {
-            each.name: campaign_prediction.paddle(each.changes.get("load.strategy", strategy)) for each in found["points"]
-        }
-        if strategy
-        else {},
+        "kinds": (
+            {each.name: campaign_prediction.paddle(each.changes.get("load.strategy", strategy)) for each in found["points"]}
+            if strategy
+            else {}
+        ),
     }
 
 

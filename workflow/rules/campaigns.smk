@@ -52,9 +52,9 @@ for campaign in CAMPAIGNS:
     campaign_target = f"campaign_{campaign}"
 
     rule:
+        """A campaign of config/campaigns, on demand: its table, and a page with its figures."""
         name:
             campaign_target
-        """A campaign of config/campaigns, on demand: its table, and a page with its figures."""
         input:
             table=f"results/campaigns/{campaign}.csv",
             parquet=f"results/campaigns/{campaign}.parquet",

@@ -158,7 +158,16 @@ def pictures_of(volunteer):
 
 # What her page shows and links of the study's tables.
 HER_TABLES = [
-    *("registration", "mesh_quality", "stress_free", "stress_free_attempts", "identification", "fit", "validation", "propagation"),
+    *(
+        "registration",
+        "mesh_quality",
+        "stress_free",
+        "stress_free_attempts",
+        "identification",
+        "fit",
+        "validation",
+        "propagation",
+    ),
     *("compression", "field", "conservation", "dose", "slices", "image"),
 ]
 HER_PLACES = "prone|supine|supine_tilted|upright|left|right|gravity|compression"
