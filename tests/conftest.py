@@ -21,27 +21,30 @@ WORKFLOW, ARTEFACTS = "tests/workflow/", "tests/artefacts/"
 @cache
 def needs_the_run(file: str) -> bool:
     """Whether a file of tests uses the one run of the whole chain."""
-    return file.startswith(ARTEFACTS) or (
-        file.startswith(WORKFLOW) and RUN_ONCE in (REPOSITORY / file).read_text()
-    )
+    return file.startswith(WORKFLOW) and RUN_ONCE in (REPOSITORY / file).read_text()
 
 
-class OneForTheWorkflow(LoadFileScheduling):
-    """Of several processes one runs the whole chain, for all tests of it; else each takes file by file."""
+def turn(file: str) -> int:
+    """Among several processes: first what begins the run of the whole chain, last what waits for it."""
+    return 0 if file.startswith(ARTEFACTS) else 2 if needs_the_run(file) else 1
+
+
+class FirstTheRun(LoadFileScheduling):
+    """Each process takes file by file; all files that look at what the run made are one."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return RUN_ONCE if needs_the_run(nodeid.split("::")[0]) else super()._split_scope(nodeid)
+        return RUN_ONCE if nodeid.startswith(ARTEFACTS) else super()._split_scope(nodeid)
 
 
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneForTheWorkflow:
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> FirstTheRun:
     """Who runs which tests, with `--numprocesses`."""
-    return OneForTheWorkflow(config, log)
+    return FirstTheRun(config, log)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Among several processes, the run of the whole chain begins, since it takes longest."""
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: needs_the_run(item.nodeid.split("::")[0]), reverse=True)
+        items.sort(key=lambda item: turn(item.nodeid.split("::")[0]))
 
 
 @pytest.fixture(scope="session")

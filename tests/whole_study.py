@@ -1,5 +1,9 @@
-"""A copy of the study that tests may edit, and the whole chain run in it once on the tiny configuration."""
+"""A copy of the study that tests may edit, and the whole chain run once on the tiny configuration.
 
+Of several processes of tests one runs the chain; the others wait for it, and each works on a copy of its own.
+"""
+
+import fcntl
 import os
 import shutil
 import subprocess
@@ -64,26 +68,54 @@ class Study:
         numbers.rename(aside)
 
 
-@pytest.fixture(scope="session")
-def study(repository, tmp_path_factory) -> Study:
-    """A copy of the study in which nothing has run."""
-    home = tmp_path_factory.mktemp("study") / "home"
-    home.mkdir()
+def copy_of_the_study(repository: Path, folder: Path) -> Study:
+    """A copy of the study in a new folder, in which nothing has run."""
+    made = Study(folder / "home", folder / "run")
+    made.home.mkdir(parents=True)
     for part in PARTS:
         source = repository / part
         copy = shutil.copytree if source.is_dir() else shutil.copy2
-        copy(source, home / part)
-    run = home.parent / "run"
-    run.mkdir()
-    return Study(home, run)
+        copy(source, made.home / part)
+    made.run.mkdir()
+    return made
 
 
 @pytest.fixture(scope="session")
-def finished(study) -> Study:
-    """The copy after one run of the chain and of the targets beside it, which its report does not show."""
-    result = study.snakemake("study", *BESIDE)
-    assert result.returncode == 0, result.stdout[-6000:]
+def study(repository, tmp_path_factory) -> Study:
+    """A copy of the study in which nothing has run."""
+    return copy_of_the_study(repository, tmp_path_factory.mktemp("study"))
+
+
+@contextmanager
+def locked(file: Path) -> Iterator[None]:
+    """One process at a time; the others wait. A process that dies lets the next one in."""
+    with file.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def finished_once(repository: Path, folder: Path) -> str:
+    """Run the chain and the targets beside it in folder/study, unless that was done: '' or why it failed."""
+    said = folder / "said.txt"
+    with locked(folder / "lock"):
+        if not said.exists():
+            shutil.rmtree(folder / "study", ignore_errors=True)  # of a process that died
+            result = copy_of_the_study(repository, folder / "study").snakemake("study", *BESIDE)
+            said.write_text(result.stdout[-6000:] or "failed" if result.returncode else "")
+    return said.read_text()
+
+
+@pytest.fixture(scope="session")
+def finished(repository, tmp_path_factory) -> Study:
+    """A copy after one run of the chain and of the targets beside it, which its report does not show."""
+    base = tmp_path_factory.getbasetemp()
+    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared"
+    shared.mkdir(exist_ok=True)
+    failure = finished_once(repository, shared)
+    assert not failure, failure
+    own = tmp_path_factory.mktemp("finished")
+    shutil.copytree(shared / "study", own, symlinks=True, dirs_exist_ok=True)
     for target in BESIDE:
-        numbers = study.run / f"results/study/{target}.json"
+        numbers = own / f"run/results/study/{target}.json"
         numbers.rename(numbers.with_suffix(".aside"))
-    return study
+    return Study(own / "home", own / "run")

@@ -130,7 +130,9 @@ BLOCKS = re.findall(r"^```sh\n(.*?)^```$", README.read_text(), flags=re.M | re.S
 @pytest.mark.parametrize("block", BLOCKS, ids=[block.split()[-1] for block in BLOCKS])
 def test_what_the_readme_says_can_be_planned(block, study, tmp_path):
     shutil.copytree(study.home / "config", tmp_path / "config")
-    (tmp_path / "mine").mkdir()
+    for folder in ("mine", "real/Breast_MRI_001", "real/Exam_10"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "real/Exam_10/Label_map_simple.zip").touch()
     labels = tiny_labels(8.0)
     write_labels(labels, tmp_path / "mine/labels.nii.gz")
     write_series(
@@ -156,22 +158,53 @@ def test_what_the_readme_says_can_be_planned(block, study, tmp_path):
     assert "This was a dry-run" in ran.stdout
 
 
+@pytest.fixture
+def real_women(study, tmp_path):
+    """How to ask for something of config/real.yaml, in a folder without data."""
+    files = [str(study.home / "config" / name) for name in ("own.yaml", "real.yaml")]
+    there = replace(study, run=tmp_path)
+
+    def ask(target: str, *options: str) -> subprocess.CompletedProcess[str]:
+        return there.snakemake("--configfile", *files, *options, "--", target)
+
+    return ask
+
+
+def test_of_two_real_women_whoever_is_there_is_studied(real_women, tmp_path):
+    nobody = real_women("check", "--dry-run")
+    assert nobody.returncode != 0
+    assert (
+        "nobody's data are there: duke_001: no images real/Breast_MRI_001; exam_10: no labels "
+        "real/Exam_10/Label_map_simple.zip; config/README.md says where to get data"
+    ) in nobody.stdout
+    labels = tmp_path / "real/Exam_10/Label_map_simple.zip"
+    labels.parent.mkdir(parents=True)
+    labels.touch()
+    one = real_women("check", "--dry-run")
+    assert one.returncode == 0, one.stdout[-3000:]
+    said = "Not planned for duke_001: no study of her: images real/Breast_MRI_001 is not there."
+    assert said in one.stdout.splitlines()
+    assert set(re.findall(r"^check_page +(\d+)$", one.stdout, flags=re.M)) == {"1"}
+
+
 @pytest.mark.data
 @pytest.mark.skipif(not REAL.is_dir(), reason=f"no {REAL}: the real images are not part of the project")
-def test_two_real_women_are_planned_and_checked(women, tmp_path):
-    """A series as a scanner wrote it, and labels as somebody else drew them: each has her page."""
-    labels = {"labels": str(REAL / "exam12_labels_LPS_uint8.nii.gz"), "codes": "pelicano_recoded"}
-    ask = women(
-        {"volunteer": "duke", "images": str(REAL / "duke_breast_mri_001_dicom.zip")},
-        {"volunteer": "exam12"} | labels,
-    )
-    planned = ask("results/women/duke/what.html", "results/women/exam12/what.html", dry=True)
-    assert planned.returncode == 0, planned.stdout[-3000:]
-    checked = ask("check")
-    lines = [line for line in checked.stdout.splitlines() if line.startswith(("duke: ", "exam12: "))]
-    assert [line.split(":")[0] for line in lines] == ["duke", "exam12"]
-    assert lines[0] == "duke: her data can be used; see results/checked/duke.html"
-    page = (tmp_path / "results/checked/duke.html").read_text()
-    assert "duke, prone: 0.80 x 0.80 x 1.10 mm" in page
-    assert "data:image/png" in (tmp_path / "results/checked/exam12.html").read_text()
-    assert "Traceback" not in checked.stdout
+def test_two_real_women_are_planned_and_checked(real_women, tmp_path):
+    """A series as a scanner wrote it, and labels that somebody drew: each has her page, and passes."""
+    for place, file in {
+        "real/Breast_MRI_001/series.zip": "duke_breast_mri_001_dicom.zip",
+        "real/Exam_10/Label_map_simple.zip": "pelicano_exam10_label_map_simple.zip",
+    }.items():
+        (tmp_path / place).parent.mkdir(parents=True)
+        (tmp_path / place).symlink_to(REAL / file)
+    names = ("duke_001", "exam_10")
+    for name in names:
+        planned = real_women(f"results/women/{name}/what.html", "--dry-run")
+        assert planned.returncode == 0, planned.stdout[-3000:]
+    checked = real_women("check")
+    assert checked.returncode == 0, checked.stdout[-3000:]
+    lines = checked.stdout.splitlines()
+    assert all(f"{name}: her data can be used; see results/checked/{name}.html" in lines for name in names)
+    pages = [(tmp_path / f"results/checked/{name}.html").read_text() for name in names]
+    assert "duke_001, prone: 0.80 x 0.80 x 1.10 mm" in pages[0]
+    assert all("data:image/png" in page for page in pages)

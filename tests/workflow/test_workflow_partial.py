@@ -23,7 +23,7 @@ ONE = "ada was scanned in one position, two are needed"
 MAMMOGRAM = "results/xray/ada/left/standard_gravity_mammogram.csv"
 # From what is given to the mammogram, whatever it is.
 ALWAYS = {"check_input", "fiducials", "mesh", "stress_free", "standard_path", "compress", "phantom", "field"}
-ALWAYS |= {"spectrum", "scatter", "mammogram"}
+ALWAYS |= {"spectrum", "scatter", "mammogram", "unload"}
 # Smaller than the tiny study: what is asked is whether there is an answer.
 SMALLEST = {
     "mesh": {"element_mm": {"breast": 26.0, "chest": 34.0}},
@@ -136,7 +136,7 @@ def test_where_nobody_can_be_pressed_the_study_asks_for_nothing_that_compares_pr
     ida = own({"position": "supine", "gravity": "0 1 0", "labels": "data/prone_labels.nii.gz"})
     rules, words = ida.plan("study")
     assert "report" in rules
-    assert rules.isdisjoint({"fiducials", "mesh", "stress_free", "compress", "figure_mesh"})
+    assert rules.isdisjoint({"fiducials", "mesh", "unload", "stress_free", "compress", "figure_mesh"})
     outputs = re.findall(r"^    output: (.*)$", words, flags=re.M)
     assert [
         each for each in outputs if re.search("curves|amounts|dose_routes|trade_off|image.csv", each)

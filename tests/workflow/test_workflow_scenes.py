@@ -49,7 +49,8 @@ def test_screened_answers_stand_beside_full_ones_and_one_that_lacks_an_effect_is
 
 # By a position and an exposure: no dose, no scatter, no image.
 MADE = {
-    *("stress_free", "loaded", "standard_path", "pressed", "phantom", "conservation", "field", "spectrum")
+    *("unloaded", "stress_free", "loaded", "standard_path", "pressed", "phantom", "conservation", "field"),
+    "spectrum",
 }
 
 

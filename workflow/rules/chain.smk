@@ -99,7 +99,7 @@ def some_able(asked):
 
 def methods_of(volunteer):
     """The ways to the stress-free shape that her data allow."""
-    return [method for method in STRESS_FREE["methods"] if not lacking(volunteer, method)["stress_free"]]
+    return [method for method in STRESS_FREE["methods"] if not lacking(volunteer, method)["unloaded"]]
 
 
 def in_common(volunteer, position):
@@ -109,10 +109,15 @@ def in_common(volunteer, position):
     return f"results/registration/{volunteer}/{position}_fiducials.csv"
 
 
-def stress_free_of(volunteer, methods):
-    """Her stress-free shapes by these methods."""
+def unloaded_of(volunteer, methods):
+    """Her shapes without gravity by these methods."""
     folder = f"results/mechanics/{volunteer}/stress_free"
     return [f"{folder}/{modelled_in(volunteer)}_{method}.vtu" for method in methods]
+
+
+def stress_free_of(volunteer):
+    """The stress-free shape that is pressed."""
+    return f"results/mechanics/{volunteer}/stress_free/{modelled_in(volunteer)}.vtu"
 
 
 def motion_of(volunteer, position):

@@ -46,7 +46,7 @@ rule score_segmentation:
 rule score_stress_free:
     """Distance between the estimated and the true stress-free skin."""
     input:
-        shape=lambda wildcards: stress_free_of(wildcards.w, [wildcards.method])[0],
+        shape=lambda wildcards: unloaded_of(wildcards.w, [wildcards.method])[0],
         truth="results/truth/{w}/stress_free.vtu",
         motion=lambda wildcards: f"results/truth/{wildcards.w}/{reference_of(wildcards.w)}_motion.tfm",
     output:

@@ -71,7 +71,7 @@ XRAY_IMAGES = f"results/xray/{{v}}/{{side}}/{XRAYED}"
 OF_SHAPES = {
     "measured": lambda wildcards: f"results/meshes/{wildcards.v}/{modelled_in(wildcards.v)}.vtu",
     "fiducials": lambda wildcards: in_common(wildcards.v, modelled_in(wildcards.v)),
-    "shapes": lambda wildcards: stress_free_of(wildcards.v, methods_of(wildcards.v)),
+    "shapes": lambda wildcards: unloaded_of(wildcards.v, methods_of(wildcards.v)),
 }
 OF_ALL_STRATEGIES = {
     "faces": lambda wildcards: pressed_by_all(wildcards, "_faces.csv"),
@@ -127,7 +127,14 @@ PICTURED = {
             "fiducials": NIPPLES,
         },
     ),
-    "stress_free_{v}": ("shapes.stress_free", OF_SHAPES),
+    "stress_free_{v}": (
+        "shapes.stress_free",
+        OF_SHAPES
+        | {
+            "used": lambda wildcards: stress_free_of(wildcards.v),
+            "attempts": lambda wildcards: stress_free_of(wildcards.v).replace(".vtu", ".csv"),
+        },
+    ),
     "true_stress_free_{v}": (
         "shapes.stress_free",
         OF_SHAPES
@@ -163,7 +170,7 @@ PICTURED = {
         {
             **{"shape": f"{PRESSED_SHAPE}.vtu", "plates": f"{PRESSED_SHAPE}_plates.json"},
             "faces": f"{PRESSED_SHAPE}_faces.csv",
-            "stress_free": lambda wildcards: stress_free_of(wildcards.v, [STRESS_FREE["default"]])[0],
+            "stress_free": lambda wildcards: stress_free_of(wildcards.v),
         },
     ),
     "thickness_{v}_{side}_{moduli}": (

@@ -65,7 +65,7 @@ rule import_image:
     benchmark:
         "results/benchmarks/import_image/{v}_{p}.tsv"
     resources:
-        mem_mb=1000,
+        mem_mb=2000,
     script:
         "../scripts/import_image.py"
 
@@ -105,7 +105,7 @@ rule register:
     benchmark:
         "results/benchmarks/register/{v}_{p}.tsv"
     resources:
-        mem_mb=2000,
+        mem_mb=5000,
     script:
         "../scripts/stage.py"
 

@@ -51,8 +51,29 @@ rule upright:
         "../scripts/upright.py"
 
 
-rule stress_free:
+rule unload:
     """The shape without gravity by one method, with its residual at every iteration."""
+    input:
+        unpack(reads("unloaded")),
+    output:
+        **writes("unloaded"),
+    params:
+        **runs("unloaded"),
+        library=library("stage.py", "unloaded"),
+    wildcard_constraints:
+        method="|".join({*STRESS_FREE["methods"], STRESS_FREE["default"]}),
+    log:
+        "results/logs/unload/{v}_{p}_{method}{also}.log",
+    benchmark:
+        "results/benchmarks/unload/{v}_{p}_{method}{also}.tsv"
+    resources:
+        mem_mb=4000,
+    script:
+        "../scripts/stage.py"
+
+
+rule stress_free:
+    """The shape that is loaded and pressed: the default method's, else the first of others, with stiffer moduli last."""
     input:
         unpack(reads("stress_free")),
     output:
@@ -61,11 +82,11 @@ rule stress_free:
         **runs("stress_free"),
         library=library("stage.py", "stress_free"),
     wildcard_constraints:
-        method="|".join({*STRESS_FREE["methods"], STRESS_FREE["default"]}),
+        p="|".join(GRAVITY),
     log:
-        "results/logs/stress_free/{v}_{p}_{method}{also}.log",
+        "results/logs/stress_free/{v}_{p}{also}.log",
     benchmark:
-        "results/benchmarks/stress_free/{v}_{p}_{method}{also}.tsv"
+        "results/benchmarks/stress_free/{v}_{p}{also}.tsv"
     resources:
         mem_mb=4000,
     script:

@@ -26,8 +26,9 @@ def all_of_her_checked(wildcards):
 
 
 def pair_inputs(wildcards):
-    """Meshes, fiducials and transforms of the two positions."""
-    files = {"start_transform": f"results/registration/{wildcards.v}/prone.tfm"}
+    """Meshes, fiducials and transforms of the two positions, and how sure the registration is."""
+    registered = f"results/registration/{wildcards.v}/prone"
+    files = {"start_transform": f"{registered}.tfm", "start_steps": f"{registered}_steps.csv"}
     for name, position in zip(("start", "goal"), FITTED_TO):
         files[name] = f"results/meshes/{wildcards.v}/{position}.vtu"
         files[f"{name}_fiducials"] = f"results/registration/{wildcards.v}/{position}_fiducials.csv"
@@ -157,7 +158,16 @@ def pictures_of(volunteer):
 
 # What her page shows and links of the study's tables.
 HER_TABLES = [
-    *("registration", "mesh_quality", "stress_free", "identification", "fit", "validation", "propagation"),
+    *(
+        "registration",
+        "mesh_quality",
+        "stress_free",
+        "stress_free_attempts",
+        "identification",
+        "fit",
+        "validation",
+        "propagation",
+    ),
     *("compression", "field", "conservation", "dose", "slices", "image"),
 ]
 HER_PLACES = "prone|supine|supine_tilted|upright|left|right|gravity|compression"

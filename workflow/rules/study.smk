@@ -1,5 +1,6 @@
 # Tables of the whole study, one per stage, and the numbers that the report quotes.
-NOT_PLANNED = {v: allowed.not_planned(lacking(v)) for v in WOMEN}
+NOT_PLANNED = {v: [("study of her", f"{what} is not there")] for v, what in LEFT_OUT.items()}
+NOT_PLANNED |= {v: allowed.not_planned(lacking(v)) for v in WOMEN}
 if workflow.is_main_process:
     for v, rows in NOT_PLANNED.items():
         if rows:
@@ -15,6 +16,7 @@ TABLES = {
     "stress_free": [
         f"results/mechanics/{v}/stress_free/{modelled_in(v)}_{method}.csv" for v in WOMEN for method in methods_of(v)
     ],
+    "stress_free_attempts": [f"results/mechanics/{v}/stress_free/{modelled_in(v)}.csv" for v in able("stress_free")],
     "stress_free_error": [f"results/scores/{v}/stress_free_{method}.csv" for v in DIGITAL_WOMEN for method in methods_of(v)],
     "unloading": [f"results/scores/{v}/unloading_{kpa}kpa.csv" for v in DIGITAL_WOMEN for kpa in UNLOADING["youngs_modulus_kpa"]],
     "identification": over("results/identification/{v}/moduli.csv", able("fit")),

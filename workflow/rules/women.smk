@@ -22,7 +22,7 @@ def volunteer_table(file):
 
     A digital woman who has no row there gets hers: where the rules that make her put her scans.
     """
-    given = [row for row in rows_of(file, DIGITAL) if row["volunteer"] in config["volunteers"]]
+    given = [row for row in rows_of(file, DIGITAL) if row["volunteer"] in WOMEN]
     made = [w for w in DIGITAL if w not in {row["volunteer"] for row in given}]
     rows = [*given, *(digital_row(w, p) for w in made for p in scanned_positions(w))]
     try:
@@ -33,6 +33,18 @@ def volunteer_table(file):
         (row["volunteer"], row["position"]): SimpleNamespace(**{name: row.get(name) or "" for name in configuration.COLUMNS})
         for row in rows
     }
+
+
+def left_out(file):
+    """Whom the settings name, and whose files are not there: none, unless `skip_absent` says so; never all."""
+    named = config["volunteers"] if config["skip_absent"] else []
+    found = configuration.absent((row for row in rows_of(file, DIGITAL) if row["volunteer"] in named), there=is_there)
+    if found and len(found) == len(named):
+        raise WorkflowError(
+            f"ConfigurationError: {file}: nobody's data are there: {'; '.join(f'{v}: no {what}' for v, what in found.items())}; "
+            "config/README.md says where to get data, and where they are looked for"
+        )
+    return found
 
 
 def is_there(path):
@@ -100,9 +112,10 @@ HER_DATA = (allowed.IMAGES, allowed.LABELS, allowed.STROKES, allowed.FIDUCIALS)
 RECOVERY = checked(read_yaml(config["recovery"]), "recovery", [config["recovery"]], known=KNOWN)
 MADE = {f"made_{seed:02d}": seed for seed in RECOVERY["seeds"]}  # volunteer -> seed, on demand
 DIGITAL = [*config["digital"]["women"], *MADE]
+LEFT_OUT = left_out(config["volunteer_table"])
+WOMEN = [v for v in config["volunteers"] if v not in LEFT_OUT]
 VOLUNTEERS = volunteer_table(config["volunteer_table"])
 TISSUES = tissue_table(config["tissues"])
-WOMEN = list(config["volunteers"])
 DIGITAL_WOMEN = [v for v in WOMEN if v in config["digital"]["women"]]
 LABELLED = [v for v in dict.fromkeys(v for v, _ in VOLUNTEERS) if allowed.LABELS in data_of(v).given[modelled_in(v)]]
 REFERENCE = config["reference_position"]

@@ -18,9 +18,11 @@ from mammosim.core.settings import read
 from mammosim.core.units import MM3_PER_CM3
 from mammosim.core.volume import Image, LabelMap
 from mammosim.imaging.markers import worn_on_chest
-from mammosim.imaging.plausible_points import require_drawn_in, require_plausible
+from mammosim.imaging.plausible_labels import require_drawn_in
+from mammosim.imaging.plausible_points import require_plausible
 from mammosim.imaging.plausible_strokes import require_painted
-from mammosim.imaging.quality import image_quality, require_usable, shows_one_breast
+from mammosim.imaging.quality import image_quality, require_intensities, require_usable, shows_one_breast
+from mammosim.io.dicom import Series
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.label_maps import CodedMap, read_label_map
 from mammosim.io.scans import read_scan
@@ -52,12 +54,13 @@ class Asked:
 class Seen:
     """What is given of a position, as far as it can be read, and every reason for which it cannot be used.
 
-    images: by 'labels' and 'images', the outline of the labels and the image; codes: the labels as they are
-    stored; notes: what was mended, or left out, of what is given.
+    images: by 'labels' and 'images', the outline of the labels and the image; coded: the labels as they are
+    stored, scan: the series; notes: what was mended, or left out, of what is given.
     """
 
     images: dict[str, Image] = field(default_factory=dict)
-    codes: Image | None = None
+    coded: CodedMap | None = None
+    scan: Series | None = None
     labels: LabelMap | None = None
     listed: Fiducials | None = None
     notes: list[str] = field(default_factory=list)
@@ -91,7 +94,7 @@ def look(files: dict[str, str], position: str, gravity: np.ndarray, asked: Asked
     if "labels" in files:
         with seen.judged():
             coded = read_label_map(files["labels"])
-            seen.codes = Image(coded.grid, coded.codes.astype(np.float32))
+            seen.coded = coded
             seen.labels, notes = asked.taken(coded)
             seen.notes += notes
             seen.images["labels"] = outline_image(seen.labels)
@@ -100,9 +103,10 @@ def look(files: dict[str, str], position: str, gravity: np.ndarray, asked: Asked
                 seen.listed = found_points(seen.labels, files["labels"], asked.sides)
     if "images" in files:
         with seen.judged():
-            scan = read_scan(files["images"], **asked.how)
+            scan = seen.scan = read_scan(files["images"], **asked.how)
             seen.notes += scan.notes
             seen.images["images"] = scan.image
+            intense(scan.image, files["images"])
             usable(scan.image, files["images"], position, gravity, scan.patient_position)
             alone = not {"labels", "listed"} & set(files)  # else the nipples tell, which are needed
             if alone and len(asked.sides) > 1 and shows_one_breast(scan.image):
@@ -140,6 +144,14 @@ def usable(image: Image, path: str, position: str, gravity: np.ndarray, tag: str
     """Raise ImageError, which names the file, for an image or an outline that cannot be used."""
     try:
         require_usable(image, position=position, gravity=gravity, patient_position=tag)
+    except ImageError as error:
+        raise ImageError(f"{path}: {error}") from None
+
+
+def intense(image: Image, path: str) -> None:
+    """Raise ImageError, which names the file, for labels in the place of an image."""
+    try:
+        require_intensities(image)
     except ImageError as error:
         raise ImageError(f"{path}: {error}") from None
 

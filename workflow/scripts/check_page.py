@@ -9,12 +9,14 @@ import numpy as np
 from mammosim.chain.thickness import depth_in, of_depth
 from mammosim.core.errors import MammosimError
 from mammosim.core.positions import gravity_vector
+from mammosim.core.volume import Image
 from mammosim.figures.understood import one_slice, understood
 from mammosim.imaging.quality import image_quality
 from mammosim.io.any_slice import any_slice
 from mammosim.io.atomic import replacing
 from mammosim.io.figures import png_of
 from mammosim.io.tables import write_json
+from mammosim.io.understood import codes_read, orientation_read, series_read
 from mammosim.study.report.pages import Picture, report
 from mammosim.study.report.women import Checked, checked_sections
 
@@ -52,11 +54,23 @@ def position_checked(volunteer: str, row: dict, seen: check_input.Seen) -> Check
     try:
         pictures = pictures_of(volunteer, row, seen)
         quality = {} if seen.image is None else image_quality(seen.image, position=position)
+        read = read_of(row, seen)
     except Exception as error:
-        pictures, quality = (), {}
+        pictures, quality, read = (), {}, {}
         seen.faults.append(fault_of_the_program(error))
     reasons = tuple(" ".join(str(fault).split()) for fault in seen.faults)
-    return Checked(position, row["used"], row["files"], reasons, quality, pictures, tuple(seen.notes))
+    return Checked(position, row["used"], row["files"], reasons, quality, pictures, tuple(seen.notes), read)
+
+
+def read_of(row: dict, seen: check_input.Seen) -> dict[str, str]:
+    """How her files were read: codes, series, gaps, and where her head and her left are taken to be."""
+    files, tag = row["files"], None if seen.scan is None else seen.scan.patient_position
+    found = {} if seen.coded is None else codes_read(seen.coded, row["codes"]["codes"])
+    found |= {} if seen.scan is None else series_read(seen.scan, **row["how"])
+    if seen.image is None:
+        return found
+    path = files["images"] if "images" in seen.images else files["labels"]
+    return found | {"orientation": orientation_read(path, tag, listed="listed" in files)}
 
 
 def thickness_words(looked: dict[str, check_input.Seen], told: dict) -> list[str]:
@@ -89,8 +103,8 @@ def pictures_of(volunteer: str, row: dict, seen: check_input.Seen) -> tuple[Pict
     """What can be drawn of a position: planes of its image or its labels, else one slice as it is stored."""
     name = f"{volunteer}, {row['position'].replace('_', ' ')}"
     image, labels = seen.image, seen.labels
-    if image is None:
-        image = seen.codes  # that nobody knows
+    if image is None and seen.coded is not None:  # codes that nobody knows
+        image = Image(seen.coded.grid, seen.coded.codes.astype(np.float32))
     if image is None:
         values = any_slice(row["files"].get("images", ""))
         stored = f"{name}: one slice as it is stored; the series makes no volume"

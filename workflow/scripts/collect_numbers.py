@@ -19,6 +19,7 @@ KEYS = {
     "upright": ("volunteer", "skin_kpa"),
     "morph": ("volunteer", "level"),
     "stress_free": ("volunteer", "position", "method", "iteration"),
+    "stress_free_attempts": ("volunteer", "position", "method", "moduli_factor"),
     "stress_free_error": ("volunteer", "method"),
     "unloading": ("volunteer", "youngs_modulus_kpa", "method"),
     "identification": ("volunteer", "side", "tissue"),

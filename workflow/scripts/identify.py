@@ -3,13 +3,14 @@
 import _stage
 import pandas as pd
 
+from mammosim.core.fiducials import midline_mm
 from mammosim.core.settings import read
 from mammosim.io.meshes import write_mesh
 from mammosim.io.tables import write_table
 from mammosim.study.identification.diagnosis import require_explained, require_one_body
 from mammosim.study.identification.fit import FitStep, fitted
 from mammosim.study.identification.moduli import Materials
-from mammosim.study.identification.pair import read_pair
+from mammosim.study.identification.pair import left_by_registration, read_pair
 from mammosim.study.identification.posterior import draws, fit_row, moduli_table
 from mammosim.study.identification.problem import Problem
 from mammosim.study.identification.settings import FitSettings, Identification
@@ -24,8 +25,10 @@ def main(
     settings: Identification,
 ) -> None:
     pair = read_pair(files, gravity)
-    require_one_body(pair)
-    problem = Problem(pair, assumed, settings.prior, settings.model_error)
+    middle = midline_mm(pair.start.fiducials)
+    require_one_body(pair, middle_mm=middle)
+    prior = settings.prior.widened(**left_by_registration(files["start_steps"]))
+    problem = Problem(pair, assumed, prior, settings.model_error, middle)
     fit = fitted(problem, settings=FitSettings(errors=settings.errors))
     require_explained(fit)
     table = moduli_table(volunteer, problem, fit, fascia_mm=settings.fascia_mm)

@@ -2,6 +2,7 @@
 
 import _stage
 
+from mammosim.core.fiducials import midline_mm
 from mammosim.core.settings import read
 from mammosim.io.tables import write_table
 from mammosim.study.identification.fit import grid_table
@@ -16,7 +17,9 @@ def main(files: dict[str, str], volunteer: str, gravity: list[str], tissues: dic
         read(Prior, settings["prior"], "identification.prior"),
         read(Grid, settings["grid"], "identification.grid"),
     )
-    table = grid_table(Problem(read_pair(files, gravity), read(Materials, tissues, "tissues"), prior), grid)
+    pair, assumed = read_pair(files, gravity), read(Materials, tissues, "tissues")
+    middle = midline_mm(pair.start.fiducials)
+    table = grid_table(Problem(pair, assumed, prior, middle_mm=middle), grid)
     table.insert(0, "volunteer", volunteer)
     write_table(table, files["grid"])
 

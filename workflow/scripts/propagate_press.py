@@ -4,7 +4,7 @@ import _stage
 import pandas as pd
 
 from mammosim.chain.files import chain_of
-from mammosim.chain.unloaded import StressFree
+from mammosim.chain.stress_free import StressFree
 from mammosim.core.settings import read
 from mammosim.io.meshes import read_point_data, write_mesh
 from mammosim.io.tables import read_table, write_table
@@ -21,7 +21,7 @@ def main(files: dict, job: dict, settings: dict) -> None:
     assumed = read(Materials, chain.setting("tissues"), "tissues")
     body = drawn_body(mesh, read_table(files["samples"]).iloc[draw], assumed)
     rest = mesh.moved_to(read_point_data(files["rests"], f"draw_{draw}"))
-    drawn = chain.given({"pressed_body": body, "stress_free": StressFree(rest, pd.DataFrame())})
+    drawn = chain.given({"pressed_body": body, "stress_free": StressFree(rest)})
     found, dose = drawn["pressed"], drawn["exposed_dose"]
     row = job | {"draw": draw, "force_n": found.row["force_n"]}
     write_table(

@@ -3,6 +3,7 @@
 import _stage
 
 from mammosim.chain.outcome import CONVERGED
+from mammosim.core.fiducials import midline_mm
 from mammosim.core.positions import gravity_vector
 from mammosim.core.settings import read
 from mammosim.io.fiducials import read_fiducials
@@ -20,7 +21,7 @@ def main(files: dict[str, str], job: dict, settings: dict) -> None:
     body = Moduli.of_rows(read_table(files["moduli"])).body(
         mesh,
         read(Materials, settings["tissues"], "tissues"),
-        middle_mm=0.0,
+        middle_mm=midline_mm(start.fiducials),
         poisson_ratio=float(read_table(files["fit"]).poisson_ratio.iloc[0]),
     )
     gravity = read_transform(files["transform"]).R @ gravity_vector(settings["gravity"])

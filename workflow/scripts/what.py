@@ -20,7 +20,10 @@ def main(volunteer: str, rows: list[dict], told: dict, pictures: list[str], out:
         name: pd.concat(map(read_rows, paths), ignore_index=True) for name, paths in told["tables"].items()
     }
     given = [
-        {"position": row["position"]} | {kind: row["files"].get(kind, "") for kind in KINDS} for row in rows
+        {"position": row["position"]}
+        | {kind: row["files"].get(kind, "") for kind in KINDS}
+        | {**row["how"], "codes": row["codes"]["codes"]}
+        for row in rows
     ]
     why = {path: missing_reason(path) for path in pictures}
     links = {

@@ -9,6 +9,8 @@ from mammosim.chain.graph import Chain
 # What a person may give of a position.
 IMAGES, LABELS, STROKES, FIDUCIALS = "images", "labels", "strokes", "fiducials"
 FOUND = "; they are found in prone, to about 10 mm, and dose and force depend on them"
+# Measured on labels of digital women, from the right motion on (docs/decisions/identification.md).
+UNSURE = "; the rib cage of labels alone does not bring positions together for sure: it was 5 mm off"
 # What the study asks beside the stages of the chain: the stages and questions that each goes on from.
 QUESTIONS: Mapping[str, tuple[str, ...]] = {
     "sweep": ("registration",),
@@ -69,7 +71,8 @@ class Data:
             return f"{self.name} was scanned in one position, two are needed"
         if absent := [p for p in (self.modelled, self.reference) if p not in self.given]:
             return f"{self.name} was not scanned {absent[0]}"
-        return self._lacking(IMAGES, "images")
+        lacking = self._lacking(IMAGES, "images")
+        return f"{lacking}{UNSURE}" if lacking and IMAGES not in self.given[self.base] else lacking
 
     def _lacking(self, what: str, words: str) -> str:
         """That something is not given of each position, and of which, if of some; '' where it is."""

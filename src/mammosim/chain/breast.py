@@ -5,12 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mammosim.chain.labelled import between_breasts_mm
-from mammosim.core.fiducials import Fiducials
+from mammosim.core.fiducials import Fiducials, midline_of
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import LabelMap
-
-# ASSUME: the frame of a scan begins at the midline, to 30 mm; that of a label map may begin anywhere.
-OFF_MM = 30.0
 
 
 @dataclass(frozen=True)
@@ -44,4 +41,4 @@ class Breast:
             middle = float(self.to_reference(np.array([[between, *self.nipple[1:]]]))[0, 0])
         if np.isnan(middle):
             return -np.inf if self.side == "left" else np.inf
-        return middle if abs(middle) > OFF_MM else 0.0
+        return midline_of(middle)

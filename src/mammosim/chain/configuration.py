@@ -218,6 +218,17 @@ def check_volunteers(
             )
 
 
+def absent(rows: Iterable[Row], *, there: Callable[[str], bool]) -> dict[str, str]:
+    """Of each volunteer whose files are not all there, the first one that is not: 'images scans/ada'."""
+    found: dict[str, str] = {}
+    for row in rows:
+        named = ((kind, row.get(kind) or "") for kind in ("images", "labels", "strokes", "fiducials"))
+        for kind, path in named:
+            if path and not there(path):
+                found.setdefault(row["volunteer"], f"{kind} {path}")
+    return found
+
+
 def _faults(row: Row, file: str, there: Callable[[str], bool]) -> list[str]:
     """What is wrong with a row by itself."""
     try:
@@ -309,7 +320,8 @@ def _check_gravity(volunteer: str, position: str, gravity: str, file: str) -> No
         g = gravity_vector(gravity)
     except ValueError:
         raise ConfigurationError(
-            f"{where}, {position}: gravity {gravity!r} is no direction; write three numbers, as '0 -1 0'"
+            f"{where}, {position}: gravity {gravity!r} is no direction; write three numbers with decimal "
+            "points, as '0 -1 0'"
         ) from None
     angle = float(np.degrees(np.arccos(np.clip(g[1], -1, 1))))
     low, high = ANGLE_TO_POSTERIOR_DEG[position]

@@ -10,7 +10,15 @@ from typing import Annotated
 import numpy as np
 from scipy import ndimage
 
-from mammosim.chain.label_geometry import among, filled_in, is_outside, overhanging, touching
+from mammosim.chain.label_geometry import (
+    MIDLINE_MM,
+    among,
+    filled_in,
+    is_outside,
+    middle_of,
+    overhanging,
+    touching,
+)
 from mammosim.core.errors import ImageError
 from mammosim.core.labels import DEFORMABLE, LEAST_PIECE, Label
 from mammosim.core.settings import Limits
@@ -28,9 +36,8 @@ PIECES = 2  # at most: the two breasts, where nothing of the body joins them
 LONELY = 0.1
 # ASSUME: less than 50 mm2 of tissue on the front border is noise, as in an image.
 CUT_MM2 = 50.0
-# ASSUME: skin within 10 mm of the midline is the breastbone's; a breast is what stands out in front of it.
-MIDLINE_MM = 10.0
-# ASSUME: where that is less than a tenth of the tissue, it holds one breast, and all of it is breast.
+# ASSUME: a breast is what stands out in front of the breastbone's skin; where that is less than a tenth of
+# the tissue, it holds one breast, and all of it is breast.
 STANDS_OUT = 0.1
 
 
@@ -58,7 +65,8 @@ Step = Callable[[LabelMap, LabelSettings], tuple[LabelMap, str]]
 
 def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
     """The labels. Raises ImageError, which names the file: unknown codes, no breast, cut off, in pieces."""
-    labels, notes = tissue_map(coded, settings.codes), []
+    labels = tissue_map(coded, settings.codes)
+    notes = _overlaps(coded)
     for step in STEPS:
         try:
             labels, note = step(labels, settings)
@@ -72,6 +80,13 @@ def prepared(coded: CodedMap, settings: LabelSettings) -> Prepared:
             raise ImageError(f"{coded.path}: {error}{also}") from None
         notes += [note] if note else []
     return Prepared(labels, tuple(notes))
+
+
+def _overlaps(coded: CodedMap) -> list[str]:
+    """What was done where several segments lie over each other."""
+    volume = coded.overlapping * coded.grid.voxel_volume / MM3_PER_CM3
+    said = f"{volume:.2g} cm3 ({coded.overlapping} voxels) lie in several segments: the smallest one is kept"
+    return [said] if coded.overlapping else []
 
 
 def _require_breast(labels: LabelMap, settings: LabelSettings) -> tuple[LabelMap, str]:
@@ -218,7 +233,7 @@ def _innermost(breast: np.ndarray, labels: LabelMap, share: float) -> np.ndarray
     box = ndimage.find_objects(breast.astype(np.uint8))[0]
     depth = np.zeros(breast.shape, np.float32)
     depth[box] = ndimage.distance_transform_edt(np.pad(breast[box], 1), sampling=step)[1:-1, 1:-1, 1:-1]
-    middle = (box[2].start + box[2].stop) // 2
+    middle = int(middle_of(np.array([box[2].start, box[2].stop])))
     near = max(1, int(MIDLINE_MM / step[2]))
     strip: np.ndarray = np.any(breast[:, :, middle - near : middle + near], axis=2)
     sternum = np.median(strip.argmax(axis=1)[np.any(strip, axis=1)]) if strip.any() else 0

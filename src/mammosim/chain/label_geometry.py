@@ -9,6 +9,13 @@ from mammosim.core.volume import LabelMap
 
 # ASSUME: where a hanging breast is wider than its base, its back lies 10 mm in front of what is 15 mm beside.
 OVERHANG_MM, WITHIN_MM = 10.0, 15.0
+# ASSUME: skin within 10 mm of the midline is that of the breastbone.
+MIDLINE_MM = 10.0
+
+
+def middle_of(x: np.ndarray) -> float:
+    """In the middle between the two sides of a body whose voxels lie at x (n,), in its unit."""
+    return float(x.min() + x.max()) / 2
 
 
 def is_outside(mask: np.ndarray, air: np.ndarray) -> bool:

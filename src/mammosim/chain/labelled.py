@@ -6,6 +6,7 @@ Frame of the labels: LPS, mm, x to the left, y to posterior, z to superior.
 import numpy as np
 from scipy import ndimage
 
+from mammosim.chain.label_geometry import MIDLINE_MM, middle_of
 from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
@@ -23,8 +24,6 @@ SIDE_MM = 20.0
 # ASSUME: a slice belongs to the breasts where they stand out 10 mm in front of the midline's skin;
 # 20 mm above and below are modelled, too, where fat and muscle are held.
 STANDS_OUT_MM, BEYOND_MM = 10.0, 20.0
-# ASSUME: skin within 10 mm of the midline is that of the breastbone.
-MIDLINE_MM = 10.0
 # A tissue's brightness in the image that stands for labels; air is dark.
 BRIGHT = 1000.0
 
@@ -49,7 +48,7 @@ def nipples(labels: LabelMap) -> Fiducials:
         )
     depth = ndimage.distance_transform_edt(~thorax, sampling=labels.grid.spacing[::-1])
     points, depth = _body(labels), depth[~np.isin(labels.values, OUTSIDE)]
-    left = points[:, 0] > _midline_mm(points)
+    left = points[:, 0] > middle_of(points[:, 0])
     front = points[:, 1] < points[:, 1][depth == 0].min()  # what lies beside the rib cage is no breast
     halves = {"left": left & front, "right": ~left & front}
     found = {side: _tip(points[half], depth[half]) for side, half in halves.items() if half.any()}
@@ -95,7 +94,7 @@ def chest_limits(labels: LabelMap, fiducials: Fiducials) -> np.ndarray:
 
 def between_breasts_mm(labels: LabelMap, nipple: np.ndarray) -> float:
     """x of the middle of a body with two breasts, by the nipple (3,) of one of them; NaN of a lone breast."""
-    middle = _midline_mm(_body(labels))
+    middle = middle_of(_body(labels)[:, 0])
     return middle if abs(nipple[0] - middle) > APART_MM / 2 else float("nan")
 
 
@@ -104,14 +103,9 @@ def _body(labels: LabelMap) -> np.ndarray:
     return labels.grid.points(np.argwhere(~np.isin(labels.values, OUTSIDE)).astype(float))
 
 
-def _midline_mm(points: np.ndarray) -> float:
-    """x in the middle between the two sides of the body."""
-    return float(points[:, 0].min() + points[:, 0].max()) / 2
-
-
 def _medial_mm(points: np.ndarray, fiducials: Fiducials) -> float:
     """x in the middle of a body with two breasts; of one alone, just inside its edge on the other side."""
-    middle, listed = _midline_mm(points), fiducials.of_kind("nipple")
+    middle, listed = middle_of(points[:, 0]), fiducials.of_kind("nipple")
     if len(listed) != 1 or abs(listed[0, 0] - middle) > APART_MM / 2:
         return middle
     left = "nipple_left" in fiducials.names

@@ -19,6 +19,7 @@ from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts, t
 from mammosim.chain.points import MaterialPoints
 from mammosim.chain.strategies import LoadPath, NoStandard, PressedState, PressSetup, Strategy, ThicknessShare
 from mammosim.chain.thickness import StandardThickness, chosen_thickness
+from mammosim.chain.unloaded import pressed_factor
 from mammosim.core.errors import MammosimError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
@@ -35,7 +36,7 @@ LAST = ("force_n", "support_force_n", "chest_force_n", "contact_area_mm2", "mean
 PATH = ("thickness_mm", "readout_mm", *LAST, "energy_uj", "work_uj", "iterations", "seconds")
 MEASURED = ("plates_mm", "thickness_mm", "thickness_min_mm", "thickness_max_mm", *LAST, "imbalance_percent",
             "green_lagrange_p95", "logarithmic_p95", "energy_kpa_p95", "energy_mj", "work_mj",
-            "seconds", "thickness_from")  # fmt: skip
+            "seconds", "thickness_from", "moduli_factor")  # fmt: skip
 AMOUNTS = ("measure", "threshold", "tissue", "amount", "unit")
 
 
@@ -104,7 +105,7 @@ def _row(
     plates_mm: the distance that the machine reads; thickness_*: of the faces in contact with the paddle, by
     area: the middle one (median), the least and the greatest; *_p95: 95 % of the tissue under the plates has
     less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force;
-    thickness_from: chain.thickness.StandardThickness.origin.
+    thickness_from: chain.thickness.StandardThickness.origin; moduli_factor: see chain.stress_free.
     """
     last = found.path.iloc[-1]
     gap = _gap_at_paddle(setup.mesh, found, faces)
@@ -125,6 +126,7 @@ def _row(
         "work_mj": float(last.work_uj / UJ_PER_MJ),
         "seconds": float(found.path.seconds.sum()),
         "thickness_from": setup.thickness_from,
+        "moduli_factor": setup.moduli_factor,
         "outcome": CONVERGED,
     }
 
@@ -208,6 +210,7 @@ def press_setup(inputs: Inputs) -> PressSetup:
         load.moduli,
         thickness_mm=standard.mm,
         thickness_from=standard.origin,
+        moduli_factor=pressed_factor(inputs),
         smallest_mm=given.smallest_mm,
         solved=PressSettings(steps=given.steps, penetration_mm=given.penetration_mm),
     )

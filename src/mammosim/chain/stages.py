@@ -112,7 +112,10 @@ MECHANICS: Mapping[str, Stage] = {
         files=Files("results/meshes/{v}/{p}{also}", {"mesh": ".vtu"}, beside={"quality": "_quality.csv"}),
     ),
     "body": Stage("unloaded.body", (), ("tissues", *FIBRES), MATERIAL),
-    "pressed_body": Stage("unloaded.pressed_body", (), ("load.tissues", *FIBRES), MATERIAL),
+    "loaded_body": Stage("unloaded.loaded_body", ("stress_free",), ("tissues", *FIBRES), MATERIAL),
+    "pressed_body": Stage(
+        "unloaded.pressed_body", ("stress_free",), ("tissues", "load.tissues", *FIBRES), MATERIAL
+    ),
     "mean_shape": Stage(
         "unloaded.mean_shape",
         ("mesh", "reference_mesh"),
@@ -123,8 +126,8 @@ MECHANICS: Mapping[str, Stage] = {
             beside={"morphed": "_morphed.vtu", "history": "_history.csv"},
         ),
     ),
-    "stress_free": Stage(
-        "unloaded.stress_free",
+    "unloaded": Stage(
+        "unloaded.unloaded",
         ("breast", "mesh", "body", Need("mean_shape", begins_with_mean)),
         _in("mechanics.stress_free", "default", "start", "iterations", "tolerance_mm"),
         files=Files(
@@ -133,9 +136,15 @@ MECHANICS: Mapping[str, Stage] = {
             beside={"history": ".csv"},
         ),
     ),
+    "stress_free": Stage(
+        "stress_free.stress_free",
+        ("breast", "mesh", "body", "unloaded"),
+        _in("mechanics.stress_free", "default", "fallback", "moduli_factors", "iterations", "tolerance_mm"),
+        files=Files("results/mechanics/{v}/stress_free/{p}{also}", {"shape": ".vtu", "attempts": ".csv"}),
+    ),
     "loaded": Stage(
         "unloaded.loaded",
-        ("body", "stress_free"),
+        ("loaded_body", "stress_free"),
         ("mechanics.newton_tolerance", "load.position"),
         files=Files("results/mechanics/{v}/loaded/{position}{also}", {"shape": ".vtu"}),
     ),
@@ -146,7 +155,8 @@ MECHANICS: Mapping[str, Stage] = {
             *_in("compression", "plate_mm", "chest_gap_mm", "depth_share", "smallest_mm", "steps"),
             "compression.penetration_mm",
             "effects.friction",
-            *_in("load", "thickness_mm", "moduli"),
+            *_in("load", "thickness_mm", "moduli", "tissues"),
+            "tissues",
         ),
         PLATES,
     ),

@@ -61,7 +61,8 @@ class PressSetup:
     mesh: stress-free; plates: where a rigid paddle would stand; moduli: the name of the set in the effects;
     thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the load path of
     the standard strategy of the same breast and moduli, None where it is not known; solved: how a rigid
-    paddle's path is; thickness_from: chain.thickness.StandardThickness.origin.
+    paddle's path is; thickness_from: chain.thickness.StandardThickness.origin; moduli_factor: by what all
+    moduli of the effects were multiplied.
     """
 
     mesh: TetMesh
@@ -73,6 +74,7 @@ class PressSetup:
     standard: "LoadPath | None" = None
     solved: PressSettings = field(default_factory=PressSettings)
     thickness_from: str = GIVEN
+    moduli_factor: float = 1.0
 
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.

@@ -1,4 +1,4 @@
-"""What a breast consists of, its stress-free shape, and that shape loaded again in another position.
+"""What a breast consists of, its shape unloaded by one method, and the stress-free one loaded elsewhere.
 
 Its effects are gland and muscle (stiffer than fat), skin, fascia and ligaments.
 """
@@ -33,10 +33,22 @@ def body(inputs: Inputs) -> Body:
     return _body(inputs, "tissues")
 
 
+def loaded_body(inputs: Inputs) -> Body:
+    """The body that is measured, with the moduli that carry its weight."""
+    factor: float = inputs["stress_free"].moduli_factor
+    return _body(inputs, "tissues").stiffened(factor)
+
+
 def pressed_body(inputs: Inputs) -> Body:
     """The body between the plates."""
     # ASSUME: the stress-free shape is that of the study's own moduli, whatever a breast is pressed with.
-    return _body(inputs, "load.tissues")
+    return _body(inputs, "load.tissues").stiffened(pressed_factor(inputs))
+
+
+def pressed_factor(inputs: Inputs) -> float:
+    """Of the moduli between the plates: the study's own carry the weight, others are as they are."""
+    own = inputs.setting("load.tissues") == inputs.setting("tissues")
+    return float(inputs["stress_free"].moduli_factor) if own else 1.0
 
 
 def _body(inputs: Inputs, name: str) -> Body:
@@ -85,8 +97,8 @@ class StressFreeSettings:
 
 
 @dataclass(frozen=True)
-class StressFree:
-    """The body without gravity; history: HISTORY, a row per iteration, empty where read from a file."""
+class UnloadedShape:
+    """The body without gravity by one method; history: HISTORY, a row per iteration, empty where read."""
 
     mesh: TetMesh
     history: pd.DataFrame
@@ -138,8 +150,8 @@ def load_mean_shape(files: Mapping[str, str]) -> MeanShape:
     return MeanShape(read_mesh(files["mesh"]))
 
 
-def stress_free(inputs: Inputs) -> StressFree:
-    """By the method of the settings."""
+def unloaded(inputs: Inputs) -> UnloadedShape:
+    """By the method of the settings, with the moduli as they are."""
     mesh = inputs["mesh"]
     given = looked_up(StressFreeSettings, inputs.setting, "mechanics.stress_free")
     start = inputs["mean_shape"].mesh.points if begins_with_mean(inputs) else None
@@ -151,18 +163,18 @@ def stress_free(inputs: Inputs) -> StressFree:
         settings=UnloadingSettings(given.tolerance_mm, given.iterations),
     )
     columns = {name: [getattr(step, name) for step in found.history] for name in HISTORY}
-    return StressFree(mesh.moved_to(found.points), pd.DataFrame(columns))
+    return UnloadedShape(mesh.moved_to(found.points), pd.DataFrame(columns))
 
 
-def save_stress_free(found: StressFree, files: Mapping[str, str], job: Mapping[str, str]) -> None:
+def save_unloaded(found: UnloadedShape, files: Mapping[str, str], job: Mapping[str, str]) -> None:
     """The shape, and what every iteration left."""
     write_table(found.history.assign(**job)[[*job, *HISTORY]], files["history"])
     write_mesh(found.mesh, files["shape"])
 
 
-def load_stress_free(files: Mapping[str, str]) -> StressFree:
-    """What save_stress_free wrote, without its history."""
-    return StressFree(read_mesh(files["shape"]), pd.DataFrame(columns=HISTORY))
+def load_unloaded(files: Mapping[str, str]) -> UnloadedShape:
+    """What save_unloaded wrote, without its history."""
+    return UnloadedShape(read_mesh(files["shape"]), pd.DataFrame(columns=HISTORY))
 
 
 @dataclass(frozen=True)
@@ -178,7 +190,7 @@ def loaded(inputs: Inputs) -> LoadedShape:
     newton = NewtonSettings(tolerance=inputs.setting("mechanics.newton_tolerance"))
     gravity = gravity_direction(inputs.setting("load.position"))
     rest: TetMesh = inputs["stress_free"].mesh
-    body: Body = inputs["body"]
+    body: Body = inputs["loaded_body"]
     points: np.ndarray = body.load(rest, gravity, settings=Settings(newton=newton)).points
     return LoadedShape(rest.moved_to(points), fields_of(rest, body.effects(rest), points))
 

@@ -59,6 +59,13 @@ class EquilibriumError(MechanicsError):
         self.mode = mode
 
 
+class UnloadingError(EquilibriumError):
+    """No stress-free shape was found under the whole weight.
+
+    load_factor: the largest part of the weight under which one was found.
+    """
+
+
 class IdentificationError(MammosimError):
     """Two measured positions do not belong together, or no modulus explains them."""
 

@@ -13,6 +13,8 @@ KINDS = ("chest", "breast", "nipple")
 NIPPLES = ("nipple_left", "nipple_right")
 # Those of a complete list; there may be more of a kind.
 NAMES = (*(f"chest_{n}" for n in range(1, 5)), *(f"breast_{n}" for n in range(1, 7)), *NIPPLES)
+# ASSUME: the frame of a scan begins at the midline, to 30 mm; that of a label map may begin anywhere.
+OFF_MM = 30.0
 NUMBERED = re.compile(r"(chest|breast)_?0*([1-9][0-9]*)")
 SIDED = re.compile(r"nipple_?(left|right)|(left|right)_?nipple")
 
@@ -35,8 +37,10 @@ class Fiducials:
             )
         if unknown := set(self.kinds) - set(KINDS):
             raise FiducialError(f"unknown kind {sorted(unknown)}; choose one of: {', '.join(KINDS)}")
-        if len(set(self.names)) < len(self.names):
-            raise FiducialError("fiducial names must be unique")
+        if twice := sorted({name for name in self.names if self.names.count(name) > 1}):
+            raise FiducialError(
+                f"{twice[0]} stands twice; fiducial names must be unique: rename or delete one"
+            )
 
     def of_kind(self, kind: str) -> np.ndarray:
         """Points (m, 3) of one kind, in the order of the list."""
@@ -45,9 +49,23 @@ class Fiducials:
     def point(self, name: str) -> np.ndarray:
         """One point (3,). Raises FiducialError when the list has no such name."""
         if name not in self.names:
-            raise FiducialError(f"no fiducial {name!r}; the list has: {', '.join(self.names)}")
+            listed = f"the list has: {', '.join(self.names)}" if self.names else "the list has no point"
+            raise FiducialError(
+                f"no fiducial {name!r}; {listed}; mark it in the image, and add it to the list"
+            )
         x: np.ndarray = self.points[self.names.index(name)]
         return x
+
+
+def midline_of(middle_mm: float) -> float:
+    """x of the midline of a body whose sides' middle is at x = middle_mm: 0 where its frame begins there."""
+    return middle_mm if abs(middle_mm) > OFF_MM else 0.0
+
+
+def midline_mm(fiducials: Fiducials) -> float:
+    """x of the plane between her sides, by both nipples, in their frame; 0 where one is not listed."""
+    x = fiducials.of_kind("nipple")[:, 0]
+    return midline_of(float(x.mean())) if len(x) == len(NIPPLES) else 0.0
 
 
 def usual_name(written: str) -> str:

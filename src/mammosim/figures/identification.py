@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
+from mammosim.chain.quantities import QUANTILE
 from mammosim.figures.style import (
     BLUE,
     INK,
@@ -20,7 +21,6 @@ from mammosim.figures.style import (
     series_colour,
     styled,
 )
-from mammosim.study.identification.posterior import QUANTILE
 
 SIDES = {"left": ("o", BLUE, 0.15), "right": ("s", ORANGE, -0.15)}
 TISSUES = ("muscle", "skin", "glandular", "adipose")  # upward

@@ -19,8 +19,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 from scipy.spatial.transform import Rotation
+from scipy.special import stdtrit
 
 from mammosim.core.errors import ImageError
 from mammosim.core.rigid import RigidTransform
@@ -61,8 +62,16 @@ class Certainty:
         return float(np.degrees(self._limit(np.trace(self.covariance[3:, 3:]))))
 
     def _limit(self, variance: np.ndarray) -> np.ndarray:
-        limit: np.ndarray = stats.t.ppf((1 + CONFIDENCE) / 2, self.parts - 1) * np.sqrt(variance)
+        limit: np.ndarray = stdtrit(self.parts - 1, (1 + CONFIDENCE) / 2) * np.sqrt(variance)
         return limit
+
+
+def deviation(limit: float) -> float:
+    """Standard deviation along one of three axes, of an error whose limit a Certainty of all parts states.
+
+    limit = t sqrt(tr C), of which each axis has a third: limit / (sqrt(3) t), in the unit of the limit.
+    """
+    return limit / float(np.sqrt(3) * stdtrit(np.prod(PARTS) - 1, (1 + CONFIDENCE) / 2))
 
 
 @dataclass(frozen=True)

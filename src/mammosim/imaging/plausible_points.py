@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import NIPPLES, Fiducials
-from mammosim.core.labels import DEFORMABLE
-from mammosim.core.volume import Grid, Image, LabelMap
+from mammosim.core.volume import Grid, Image
 from mammosim.imaging.outline import body_mask, coarsened
 
 VOXEL_MM = 3.0  # the outline needs no finer voxels
@@ -23,9 +22,6 @@ ZERO_MM = 3.0
 SPANS_MM = (50.0, 1000.0)
 # ASSUME: no two markers are glued on one place; points nearer than that are one, marked or copied twice.
 SAME_PLACE_MM = 1.0
-# ASSUME: labels that were drawn in an image have half of their tissue, or more, in the body that it shows.
-LEAST_IN_BODY = 0.5
-MOST_COMPARED = 5000  # voxels
 SHOWN = 3
 
 
@@ -158,20 +154,6 @@ def require_plausible(listed: Fiducials, image: Image) -> None:
         raise FiducialError(
             f"nipple_left lies to the right of nipple_right, at x = {x[0]:.0f} and {x[1]:.0f} mm, and x "
             "grows to her left; exchange their names, unless the image is mirrored"
-        )
-
-
-def require_drawn_in(labels: LabelMap, image: Image) -> None:
-    """Raise ImageError, a line without the files, where labels cannot have been drawn in an image."""
-    voxels = np.argwhere(np.isin(labels.values, DEFORMABLE)).astype(float)
-    points = labels.grid.points(voxels[:: 1 + len(voxels) // MOST_COMPARED])
-    skin = Skin.of(image)
-    share = np.mean(skin.at(points) <= skin.limit_mm)
-    if share < LEAST_IN_BODY:
-        raise ImageError(
-            f"{100 * share:.0f} % of the labelled tissue lie in the body that the image shows, at least "
-            f"{100 * LEAST_IN_BODY:.0f} % should; the image ends at {skin.ends()}: give both of one position "
-            "and in one frame (LPS, mm)"
         )
 
 

@@ -34,6 +34,8 @@ LEAST_HANGING, LARGEST_LYING = (20.0, 0.35), (60.0, 0.6)
 # ASSUME: what is less than 200 mm wide, and recedes nowhere by 10 mm between two tips, is one breast; the
 # skin beside it, where the image may end, is 20 mm or more behind its tip.
 ONE_BREAST_MM, VALLEY_MM, BESIDE_MM = 200.0, 10.0, 20.0
+# ASSUME: an image has more than 16 intensities; a map of labels has as many as it has tissues, or segments.
+MOST_CODES, SAMPLED = 16, 1_000_000
 NOT_TOLD = "not told"
 log = logging.getLogger(__name__)
 
@@ -82,6 +84,17 @@ def require_usable(
     body = body_mask(coarse)
     _require_whole(body, coarse.grid.spacing, position)
     _require_look(body, coarse.grid.spacing, position, patient_position)
+
+
+def require_intensities(image: Image) -> None:
+    """Raise ImageError for what is no image but a map of labels, which has a few values."""
+    values = image.values.reshape(-1)
+    found = np.unique(values[:: 1 + values.size // SAMPLED])
+    if 1 < found.size <= MOST_CODES:
+        raise ImageError(
+            f"it has {found.size} values, from {found[0]:g} to {found[-1]:g}, as a map of labels; name it "
+            "in the column labels, and give the image that it was drawn in, or none"
+        )
 
 
 def _require_gravity(position: str, gravity: np.ndarray) -> None:

@@ -54,6 +54,10 @@ SOFT = (Label.ADIPOSE, Label.GLANDULAR, Label.SKIN, Label.MUSCLE)
 # ASSUME: the thorax is at least 6 mm from the air, behind skin, fat and muscle.
 LEAST_COVER_MM = 6.0
 SKIN_MM = 3.0
+# ASSUME: under the outermost layer a voxel is skin where the classifier is sure of it by 60 %; before fat the
+# body is a voxel larger where skin is likely by 15 %: the skin, thinner than a voxel, is half air there.
+# Both by six scans of the digital women (docs/decisions/segmentation.md).
+SURE_SKIN, LEAST_SKIN = 0.6, 0.15
 LEAST_POINTS = 3
 # What must be painted; air is known round the body.
 NEEDED = tuple(label.tissue for label in TISSUES if label is not Label.AIR)
@@ -243,7 +247,8 @@ def _contours(evidence: Evidence, image: Image) -> np.ndarray:
     gland = evidence.contour((Label.GLANDULAR,), (Label.ADIPOSE, Label.SKIN), breast)
     # ASSUME: skin is the outermost layer of voxels, in the directions in which they are small, and what looks
     # like it within 3 mm of air.
-    skin = breast & (outermost(depth, spacing) | ((depth < SKIN_MM) & (evidence.p[Label.SKIN] > 0.5)))
+    sure = (depth < SKIN_MM) & (evidence.p[Label.SKIN] > SURE_SKIN)
+    skin = breast & (outermost(depth, spacing) | sure)
     labels = np.full(body.shape, Label.AIR, np.uint8)
     labels[body] = Label.THORAX
     labels[breast] = Label.ADIPOSE
@@ -255,8 +260,16 @@ def _contours(evidence: Evidence, image: Image) -> np.ndarray:
 
 def _body(evidence: Evidence, image: Image) -> np.ndarray:
     """All that is not air, without markers, in one part without holes."""
-    body = largest_part(evidence.contour(TISSUES[1:], (Label.AIR,), _free(image)))
+    free = _free(image)
+    body = _covered(largest_part(evidence.contour(TISSUES[1:], (Label.AIR,), free)), evidence.p, free)
     return np.stack([fill_axial(axial) for axial in body])
+
+
+def _covered(body: np.ndarray, p: Mapping[Label, np.ndarray], free: np.ndarray) -> np.ndarray:
+    """A body (nz, ny, nx) bool with the skin before what looks like fat or gland and yet borders on air."""
+    bare = body & ~ndimage.binary_erosion(body, border_value=1)
+    bare &= p[Label.ADIPOSE] + p[Label.GLANDULAR] > p[Label.SKIN]
+    return body | (ndimage.binary_dilation(bare) & (p[Label.SKIN] > LEAST_SKIN) & free)
 
 
 def _free(image: Image) -> np.ndarray:

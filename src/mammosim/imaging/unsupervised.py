@@ -32,6 +32,9 @@ GLAND_DEPTH_MM, GLAND_BEFORE_MM, STRAND_MM = 3.0, 2.0, 1.0
 # ASSUME: bright skin, and its glow, are 5 mm thick.
 BRIGHT_SKIN_MM = 5.0
 DEEP_MM = 8.0  # there bright or dark skin is out of reach
+# ASSUME: where fat is darker than gland, and dark as noise where it is suppressed, intensities are averaged
+# over a Gaussian of 0.8 mm, else of half the width of strands (docs/decisions/segmentation.md).
+DARK_FAT_SMOOTHING_MM = 0.8
 # ASSUME: gland differs from fat by a fifth of its brightness at least, and by two standard deviations of it.
 LEAST_CONTRAST, SPREADS = 0.2, 2.0
 LEAST_GLAND_MM3 = 30.0
@@ -118,7 +121,8 @@ def _gland(image: Image, regions: Regions, level: np.ndarray, sign: int) -> np.n
     """Probability (nz, ny, nx) float32: 0.5 half way from fat to gland."""
     spacing = image.grid.spacing[::-1]
     differs = sign * (_from_zero(image.values) / level - 1)
-    differs = ndimage.gaussian_filter(differs, STRAND_MM / 2 / spacing)
+    smoothing_mm = DARK_FAT_SMOOTHING_MM if sign > 0 else STRAND_MM / 2
+    differs = ndimage.gaussian_filter(differs, smoothing_mm / spacing)
     deep = regions.ahead & regions.breast & (regions.depth > DEEP_MM)
     before = ndimage.binary_dilation(
         regions.muscle | regions.thorax, iterations=max(round(GLAND_BEFORE_MM / spacing[1]), 1)

@@ -15,14 +15,15 @@ from mammosim.core.positions import GRAVITY
 from mammosim.core.volume import Grid, Image
 from mammosim.io.dicom_choice import choose
 from mammosim.io.dicom_files import dicom_files
-from mammosim.io.dicom_pixels import intensities
+from mammosim.io.dicom_pixels import PADDING, intensities
 from mammosim.io.dicom_planes import PHILIPS_SCALE, PREAMBLE, SUFFIXES, planes_of, quietly
 from mammosim.io.dicom_stack import RESAMPLE, Stack, stacked
-from mammosim.io.dicom_tags import photometric
+from mammosim.io.dicom_tags import is_inverse
 from mammosim.io.orientation import rising
 
 DESCRIBING = ("SeriesDescription", "ProtocolName", "StudyDescription")
 NOTED_MM = 0.005  # deviations from an even grid below this are rounding
+LIKE_SCALES = 1.01  # two scales whose ratio varies by less than this between slices are alike
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Series:
     that is no series.
     volunteer: the PatientID tag; None when empty.
     notes: what was done beside reading it, a line each, without anything that could be a patient's name.
+    chosen: which of all series it is, as free of names; '' of a file that is no series.
     """
 
     image: Image
@@ -41,6 +43,7 @@ class Series:
     patient_position: str | None
     volunteer: str | None
     notes: tuple[str, ...] = ()
+    chosen: str = ""
 
 
 def is_series(path: str | Path) -> bool:
@@ -76,7 +79,7 @@ def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series
         values = intensities(stack)
     notes = (*chosen.notes, *_notes(stack))
     tags = stack.planes[0].tags
-    if _is_inverse(stack):
+    if is_inverse(stack.planes):
         np.subtract(values.max(), values, out=values)  # the brightest becomes 0
     if gaps == RESAMPLE and not stack.is_even:
         stack, values = _resampled(stack, values)
@@ -86,6 +89,7 @@ def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series
         str(tags["PatientPosition"]),
         str(tags.get("PatientID", "")) or None,
         notes,
+        chosen.told,
     )
 
 
@@ -97,18 +101,32 @@ def _notes(stack: Stack) -> Iterator[str]:
         yield f"slices {gaps.min():.3f} to {gaps.max():.3f} mm apart, interpolated onto an even grid"
     elif off > NOTED_MM:
         yield f"slices are up to {off:.3f} mm off an even grid of {stack.step_mm:.3f} mm"
-    if _is_inverse(stack):
+    if is_inverse(stack.planes):
         yield "MONOCHROME1: dark and bright exchanged"
+    if any(plane.tags.get(PADDING) for plane in stack.planes):
+        yield f"pixels of the {PADDING}, where nothing was scanned, are taken as air"
     slopes = {plane.number("RescaleSlope", otherwise=1) for plane in stack.planes}
     if stack.all_have(PHILIPS_SCALE):
-        yield "intensities on the private scale of Philips, the same for all slices"
+        yield f"intensities on the private scale of Philips, the same for all slices{_beside_display(stack)}"
     elif len(slopes) > 1:
         yield f"RescaleSlope is {min(slopes):g} to {max(slopes):g}: each slice has a scale of its own"
 
 
-def _is_inverse(stack: Stack) -> bool:
-    """Whether the lowest value is white."""
-    return photometric(stack.planes[0]) == "MONOCHROME1"
+def _beside_display(stack: Stack) -> str:
+    """What to look at where RescaleSlope and the private scale weigh slices differently.
+
+    Of stored values P with slope RS and scale slope SS the intensity is P / SS, and the scanner shows P RS
+    (Chenevert et al. 2014, doi 10.1593/tlo.13811): both are alike where RS SS is one number for all slices.
+    """
+    shown = [
+        abs(plane.number("RescaleSlope", otherwise=1) * plane.number(PHILIPS_SCALE)) for plane in stack.planes
+    ]
+    apart = max(shown) / min(shown)
+    return (
+        f"; RescaleSlope would weigh slices up to {apart:.3g} times otherwise: see that all are as bright"
+        if apart > LIKE_SCALES
+        else ""
+    )
 
 
 def _image(stack: Stack, values: np.ndarray) -> Image:

@@ -32,11 +32,15 @@ Groups = Sequence[Sequence[Plane]]
 
 @dataclass(frozen=True)
 class Chosen:
-    """planes: of one volume, in no order; whole: their series has no others; notes: what was left out."""
+    """planes: of one volume, in no order; whole: their series has no others; notes: what was left out.
+
+    told: which of all it is, in words.
+    """
 
     planes: tuple[Plane, ...]
     whole: bool
     notes: tuple[str, ...]
+    told: str
 
 
 def choose(planes: Sequence[Plane], wanted: str, where: str) -> Chosen:
@@ -57,7 +61,9 @@ def choose(planes: Sequence[Plane], wanted: str, where: str) -> Chosen:
             f"{where}{name and f', series {name.strip()},'} holds {len(phases)}{told}; write '{name}phase N' "
             f"in {COLUMN} of its row, with N from 1 to {len(phases)}"
         )
-    return Chosen(tuple(phases[max(number - 1, 0)]), len(phases) == 1, (*notes, *copies))
+    phase = f", phase {number} of {len(phases)}" if len(phases) > 1 else ""
+    told = f"{_listed([group], groups)}{phase}; 1 of {len(groups)} series of the folder or file"
+    return Chosen(tuple(phases[max(number - 1, 0)]), len(phases) == 1, (*notes, *copies), told)
 
 
 def _by_series(planes: Sequence[Plane]) -> list[list[Plane]]:

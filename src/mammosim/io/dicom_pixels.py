@@ -12,6 +12,7 @@ from mammosim.io.dicom_decoder import register_decoder
 from mammosim.io.dicom_files import File
 from mammosim.io.dicom_planes import PHILIPS_SCALE, UNREADABLE, Plane, readable
 from mammosim.io.dicom_stack import Stack
+from mammosim.io.dicom_tags import is_inverse
 
 # How a file that does not name its encoding is encoded: implicit, little endian.
 NATIVE: Mapping[tuple[bool | None, bool | None], UID] = {
@@ -19,6 +20,7 @@ NATIVE: Mapping[tuple[bool | None, bool | None], UID] = {
     (False, True): ExplicitVRLittleEndian,
     (False, False): ExplicitVRBigEndian,
 }
+PADDING = "PixelPaddingValue"
 # What tags of the pixels mean where they are left out.
 USUAL = {"SamplesPerPixel": 1, "PhotometricInterpretation": "MONOCHROME2"}
 
@@ -26,11 +28,13 @@ USUAL = {"SamplesPerPixel": 1, "PhotometricInterpretation": "MONOCHROME2"}
 def intensities(stack: Stack) -> np.ndarray:
     """(n_slice, n_row, n_column) float32: stored values times slope plus intercept.
 
+    Pixels of the PixelPaddingValue, which were not scanned, are as dark as the darkest of the others, or 0.
     Raises ImageError, naming the file: cut short, damaged, of an encoding that is not read, or not finite.
     """
     shape = tuple(int(stack.planes[0].number(keyword)) for keyword in ("Rows", "Columns"))
     private = stack.all_have(PHILIPS_SCALE)
     values = np.empty((len(stack.planes), *shape), np.float32)
+    padded: dict[int, np.ndarray] = {}
     by_file: dict[File, list[int]] = {}
     for k in sorted(range(len(stack.planes)), key=lambda k: stack.planes[k].frame):
         by_file.setdefault(stack.planes[k].file, []).append(k)
@@ -40,7 +44,30 @@ def intensities(stack: Stack) -> np.ndarray:
             values[k] = stored * slope + intercept
             if not np.isfinite(values[k]).all():
                 raise ImageError(f"{stack.planes[k]} has pixels that are not finite; export the series again")
+            if (outside := _padded(stored, stack.planes[k])).any():
+                padded[k] = outside
+    _darken(values, padded, inverse=is_inverse(stack.planes))
     return values
+
+
+def _padded(stored: np.ndarray, plane: Plane) -> np.ndarray:
+    """Whether a pixel (n_row, n_column) was not scanned: it has a value of padding."""
+    one = plane.tags.get(PADDING)
+    if not isinstance(one, int):
+        return np.zeros(stored.shape, bool)
+    limit = plane.tags.get("PixelPaddingRangeLimit")
+    low, high = sorted((one, limit if isinstance(limit, int) else one))
+    found: np.ndarray = (stored >= low) & (stored <= high)
+    return found
+
+
+def _darken(values: np.ndarray, padded: Mapping[int, np.ndarray], *, inverse: bool) -> None:
+    """What was not scanned becomes as dark as the darkest of the rest, or 0; inverse: the lowest is white."""
+    sign = -1 if inverse else 1
+    kept = [values[k][~padded[k]] if k in padded else values[k] for k in range(len(values))] if padded else []
+    darkest = min((float((sign * each).min()) for each in kept if each.size), default=0.0)
+    for k, outside in padded.items():
+        values[k][outside] = sign * (darkest if inverse else min(darkest, 0.0))
 
 
 def _scale(plane: Plane, *, private: bool) -> tuple[float, float]:

@@ -3,9 +3,9 @@
 Frames of a segmentation may leave out what is empty (DICOM PS3.3 A.51): the grid spans the frames there are.
 """
 
-import logging
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydicom import Dataset
@@ -21,16 +21,26 @@ from mammosim.io.dicom_tags import SAME, require_place
 from mammosim.io.orientation import rising
 
 SEGMENTATIONS = ("1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7")  # of segments, of labels
-logger = logging.getLogger(__name__)
 
 
-def read_seg(path: str | Path) -> tuple[Grid, np.ndarray, dict[int, str]]:
-    """Grid, labels (nz, ny, nx) uint16 of segment numbers, 0 for none, and the name of each number.
+class Segments(NamedTuple):
+    """labels (nz, ny, nx) uint16 of segment numbers, 0 for none, and the name of each number.
 
-    path: a file, or a folder or zip with one segmentation; the axes as `read_series` turns them. Where
-    segments overlap, the smallest one is kept. Names are free text of whoever segmented. Raises ImageError,
-    naming the file: none or several segmentations; damaged; frames without a place or segment, or between the
-    slices of the others.
+    overlapping: voxels that lie in several segments; there the smallest segment is kept.
+    """
+
+    grid: Grid
+    labels: np.ndarray
+    names: dict[int, str]
+    overlapping: int
+
+
+def read_seg(path: str | Path) -> Segments:
+    """The segments of a file, or of the only segmentation in a folder or zip.
+
+    Axes as `read_series` turns them. Names are free text of whoever segmented. Raises ImageError, naming the
+    file: none or several segmentations; damaged; frames without a place or segment, or between the slices of
+    the others.
     """
     with dicom_files(path) as files, quietly():
         found = [file for file in files if _is_seg(file, str(path))]
@@ -43,8 +53,8 @@ def read_seg(path: str | Path) -> tuple[Grid, np.ndarray, dict[int, str]]:
             names_of = _names(dataset, planes[0])
         frames = _frames(dataset, planes)
     grid, at = _grid(planes)
-    labels = _labels(dataset, planes, frames, names_of, (at, grid.shape))
-    return *rising(grid, labels), names_of
+    labels, overlapping = _labels(dataset, planes, frames, names_of, (at, grid.shape))
+    return Segments(*rising(grid, labels), names_of, overlapping)
 
 
 def holds_seg(files: Iterable[File], where: str) -> bool:
@@ -136,26 +146,26 @@ def _labels(
     frames: np.ndarray,
     names: dict[int, str],
     place: tuple[np.ndarray, tuple[int, ...]],
-) -> np.ndarray:
-    """(nk, nj, ni) uint16. place: the slice of each frame, and the shape."""
+) -> tuple[np.ndarray, int]:
+    """(nk, nj, ni) uint16, and how many voxels lie in several segments.
+
+    place: the slice of each frame, and the shape.
+    """
     at, shape = place
-    labels = np.zeros(shape, np.uint16)
+    labels, several = np.zeros(shape, np.uint16), np.zeros(shape, bool)
     kind = str(dataset.get("SegmentationType", "BINARY"))
     if kind == "LABELMAP":
         labels[at] = frames
         _require_named(labels, names, planes[0])
-        return labels
+        return labels, 0
     half = float(dataset.get("MaximumFractionalValue") or 255) / 2 if kind == "FRACTIONAL" else 0.5
     inside = frames >= half
     owner = np.array([int(plane.number("ReferencedSegmentNumber")) for plane in planes])
     _require_named(owner, names, planes[0])
     size = {number: int(inside[owner == number].sum()) for number in names}
-    overlapping = 0
     # ASSUME: of segments that overlap, the smaller one is a part of the larger one.
     for number in sorted(names, key=lambda number: size[number], reverse=True):
         for k in np.flatnonzero(owner == number):
-            overlapping += int(np.count_nonzero(labels[at[k]][inside[k]]))
+            several[at[k]] |= inside[k] & (labels[at[k]] > 0)
             labels[at[k]][inside[k]] = number
-    if overlapping:
-        logger.info("%d voxels lie in several segments; the smallest one is kept", overlapping)
-    return labels
+    return labels, int(np.count_nonzero(several))

@@ -48,6 +48,11 @@ def photometric(plane: Plane) -> str:
     return str(plane.tags.get("PhotometricInterpretation", GREY[0]))
 
 
+def is_inverse(planes: Sequence[Plane]) -> bool:
+    """Whether the lowest value of a volume is white."""
+    return photometric(planes[0]) == GREY[1]
+
+
 def require_place(plane: Plane) -> None:
     """Raise ImageError unless position, orientation and pixels of a slice can be."""
     plane.numbers("ImagePositionPatient", 3)

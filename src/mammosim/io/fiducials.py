@@ -12,7 +12,7 @@ import pandas as pd
 from mammosim.core.errors import FiducialError, MissingResult
 from mammosim.core.fiducials import KINDS, NAMES, Fiducials, advice_on, kind_of, usual_name
 from mammosim.io.atomic import replacing
-from mammosim.io.given import ends_whole, given_table, given_text, numbers
+from mammosim.io.given import ends_whole, given_json, given_table, given_text, numbers
 from mammosim.io.missing import missing_rows, reason_of, require_there
 from mammosim.io.tables import write_table
 
@@ -165,7 +165,7 @@ def _millimetres(units: Any, path: Path) -> float:
 def _markups(path: Path) -> Fiducials:
     """The control points of every list of points in the file, each in its own frame and unit."""
     try:
-        every = json.loads(given_text(path))["markups"]
+        every = given_json(path, error=FiducialError)["markups"]
         lists = [each for each in every if each.get("type", "Fiducial") == "Fiducial"]
         return _checked([point for each in lists for point in _controls(each, path)], path)
     except (ValueError, KeyError, TypeError, AttributeError) as error:

@@ -2,14 +2,17 @@
 
 import csv
 import io
+import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from mammosim.core.errors import MammosimError
+from mammosim.io.plain import COMMENT
 
 ENCODINGS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 SEPARATORS = (";", "\t", ",")
@@ -25,13 +28,29 @@ def given_text(path: str | Path) -> str:
         return data.decode("latin-1")
 
 
-def given_table(path: str | Path, *, error: type[MammosimError], columns: Iterable[str]) -> pd.DataFrame:
+def given_json(path: str | Path, *, error: type[MammosimError]) -> Any:
+    """The values of a JSON file. Raises `error`, with line and column, where it is none."""
+    try:
+        return json.loads(given_text(path))
+    except json.JSONDecodeError as wrong:
+        raise error(
+            f"{path}: line {wrong.lineno}, column {wrong.colno}: no JSON ({wrong.msg}); was it cut off? "
+            "export it again"
+        ) from None
+
+
+def given_table(
+    path: str | Path, *, error: type[MammosimError], columns: Iterable[str], comments: bool = False
+) -> pd.DataFrame:
     """The rows of a `.csv` by commas, semicolons or tabs; names and text without blanks around them.
 
     Where columns are not separated by commas, a number may have a decimal comma. columns: what its header
-    should have, for the message. Raises `error` where there is no text, no row, or a quotation mark is open.
+    should have, for the message; comments: what follows a `#` is none of it, as in io.plain. Raises `error`
+    where there is no text, no row, or a quotation mark is open.
     """
     text = given_text(path)
+    if comments:
+        text = "\n".join(COMMENT.split(line)[0] for line in text.splitlines())
     if not text.strip("\0 \r\n\t,;"):
         raise error(f"{path} is empty; its first line should be: {','.join(columns)}")
     table = pd.read_csv(

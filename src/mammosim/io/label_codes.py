@@ -3,7 +3,6 @@
 Light: it is imported where the table of volunteers is checked.
 """
 
-import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
@@ -11,12 +10,13 @@ from pathlib import Path
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.labels import Label
-from mammosim.io.plain import read_plain, tabulated_plain
+from mammosim.io.plain import tabulated_plain
 
 # Beside Label, in a map of tissues: fat and gland under one code, and voxels that nobody labelled.
 BREAST, IGNORE = 253, 254
 TISSUES = {**{label.tissue: int(label) for label in Label}, "breast": BREAST, "ignore": IGNORE}
 OWN = "mammosim"  # the preset of this program's own codes
+COLUMNS = ("code", "tissue")  # of a table that explains codes
 ELSEWHERE = "outside"  # tissue of a code whose voxels are explained by another file only
 SNAP = re.compile(r'^\s*(-?\d+)\s+\d+\s+\d+\s+\d+\s+[\d.]+\s+\d+\s+\d+\s+"(.*)"\s*$')
 SIDES = re.compile(r"\b(left|right|l|r)\b")
@@ -55,27 +55,32 @@ def explained(path: str) -> Mapping[int, str]:
 
 
 def _of_table(path: str) -> Mapping[int, str]:
-    rows = read_plain(path)
-    if rows and not {"code", "tissue"} <= set(rows[0]):
-        raise ConfigurationError(f"{path} has the columns {', '.join(rows[0])}; it needs code and tissue")
-    try:
-        found = {int(row["code"]): row["tissue"].lower() for row in rows}
-    except ValueError:
-        raise ConfigurationError(f"{path}: a code is no whole number; write 0, 1, -2") from None
-    if wrong := [n for n, row in enumerate(rows, 1) if row["tissue"].lower() not in TISSUES]:
-        raise ConfigurationError(
-            f"{path}: row {wrong[0]} names no tissue; choose among: {', '.join(TISSUES)}"
-        )
-    if len(found) < len(rows):
-        raise ConfigurationError(f"{path}: a code stands twice; give each one row")
+    from mammosim.io.given import given_table  # it needs pandas, which a start of the workflow does without
+
+    table = given_table(path, error=ConfigurationError, columns=COLUMNS, comments=True)
+    table = table.rename(columns=str.lower)
+    if not set(COLUMNS) <= set(table):
+        raise ConfigurationError(f"{path} has the columns {', '.join(table)}; it needs code and tissue")
+    tissues = [str(name).lower() for name in table["tissue"]]
+    found: dict[int, str] = {}
+    for row, (code, tissue) in enumerate(zip(table["code"], tissues), 1):
+        where = f"{path}: row {row}, column"
+        if not _is_whole(str(code).removesuffix(".0")):
+            raise ConfigurationError(f"{where} code: a code is no whole number; write 0, 1, -2")
+        if tissue not in TISSUES:
+            meant = meaning_of(tissue)
+            advice = f"did you mean {meant}?" if meant else f"choose among: {', '.join(TISSUES)}"
+            raise ConfigurationError(f"{where} tissue: it names no tissue; {advice}")
+        if (number := int(float(code))) in found:
+            raise ConfigurationError(f"{where} code: a code stands twice; give each one row")
+        found[number] = tissue
     return found
 
 
 def _of_snap(path: str) -> Mapping[int, str]:
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        lines = []
+    from mammosim.io.given import given_text
+
+    lines = given_text(path).splitlines()
     found = {int(match[1]): match[2] for line in lines if (match := SNAP.match(line))}
     if not found:
         raise ConfigurationError(
@@ -86,13 +91,16 @@ def _of_snap(path: str) -> Mapping[int, str]:
 
 def _of_nnunet(path: str) -> Mapping[int, str]:
     """nnU-Net writes names with codes, its first version codes with names; of regions nothing can be said."""
+    from mammosim.io.given import given_json
+
     try:
-        labels = json.loads(Path(path).read_text(encoding="utf-8"))["labels"]
+        labels = given_json(path, error=ConfigurationError)["labels"]
         pairs = [(code, name) if _is_whole(code) else (name, code) for code, name in labels.items()]
         return of_names({int(code): str(name) for code, name in pairs})
     except (ValueError, KeyError, TypeError, AttributeError):
         raise ConfigurationError(
-            f"{path} has no `labels` with a whole number each, as nnU-Net writes"
+            f"{path} has no `labels` with a whole number each, as nnU-Net writes; export it again, or give a "
+            "table of code and tissue"
         ) from None
 
 

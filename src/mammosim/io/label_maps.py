@@ -9,6 +9,7 @@ what `data/label_names.csv` says. Frame LPS, mm.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,7 +19,6 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.io.dicom_files import File, dicom_files
-from mammosim.io.dicom_segmentation import holds_seg, read_seg
 from mammosim.io.images import grid_of, whole_volume
 from mammosim.io.label_codes import (
     ELSEWHERE,
@@ -34,17 +34,22 @@ from mammosim.io.missing import require_there
 
 ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
 SHOWN = 8  # codes that a message lists
+ROUNDING = 1e-3  # of a code, by the slope that it was stored with
 GIVE = "give a preset, or a table of code and tissue"
 
 
 @dataclass(frozen=True)
 class CodedMap:
-    """A label map as a file has it: codes (nz, ny, nx) int32 on a grid; names: of codes, where told."""
+    """A label map as a file has it: codes (nz, ny, nx) int32 on a grid; names: of codes, where told.
+
+    overlapping: voxels that lie in several segments, of which the smallest one is kept.
+    """
 
     grid: Grid
     codes: np.ndarray
     path: str
     names: Mapping[int, str] = field(default_factory=dict)
+    overlapping: int = 0
 
     @classmethod
     def of_segments(cls, grid: Grid, segments: Sequence[tuple[str, np.ndarray]], path: str) -> "CodedMap":
@@ -52,17 +57,25 @@ class CodedMap:
 
         Of those the smallest one is kept, as io.dicom_segmentation does.
         """
-        codes = np.zeros(grid.shape, np.int32)
+        codes, several = np.zeros(grid.shape, np.int32), np.zeros(grid.shape, bool)
         size = [np.count_nonzero(mask) for _, mask in segments]
         # ASSUME: of segments that overlap, the smaller one is a part of the larger one.
         for n in np.argsort(np.negative(size), kind="stable"):
+            several |= segments[n][1] & (codes > 0)
             codes[segments[n][1]] = n + 1
-        return cls(grid, codes, path, {n: name for n, (name, _) in enumerate(segments, 1)})
+        names = {n: name for n, (name, _) in enumerate(segments, 1)}
+        return cls(grid, codes, path, names, int(np.count_nonzero(several)))
 
     @property
     def found(self) -> tuple[int, ...]:
         """The codes that some voxel has, lowest first."""
-        return tuple(np.unique(self.codes).tolist())
+        return tuple(self.counts)
+
+    @cached_property
+    def counts(self) -> Mapping[int, int]:
+        """How many voxels have each code, lowest first."""
+        found, count = np.unique(self.codes, return_counts=True)
+        return dict(zip(found.tolist(), count.tolist()))
 
 
 def read_label_map(path: str | Path) -> CodedMap:
@@ -72,6 +85,8 @@ def read_label_map(path: str | Path) -> CodedMap:
     """
     if not Path(path).exists():
         raise ImageError(f"no label map {path}; correct the path")
+    from mammosim.io.dicom_segmentation import holds_seg, read_seg  # pydicom: where a map is read only
+
     with dicom_files(path) as files:
         if Path(path).suffix.lower() == ".zip":
             inside = [file for file in files if file.name.lower().endswith(ENDINGS)]
@@ -80,8 +95,8 @@ def read_label_map(path: str | Path) -> CodedMap:
             if inside:
                 return _unpacked(files, inside[0], str(path))
         if holds_seg(files, str(path)):
-            grid, codes, names = read_seg(path)
-            return CodedMap(grid, codes.astype(np.int32), str(path), names)
+            grid, codes, names, overlapping = read_seg(path)
+            return CodedMap(grid, codes.astype(np.int32), str(path), names, overlapping)
         if Path(path).is_dir() or Path(path).suffix.lower() == ".zip" or any(map(_is_dicom, files)):
             raise ImageError(
                 f"{path} holds no label map; give a DICOM segmentation, or one of: {', '.join(ENDINGS)}"
@@ -96,7 +111,7 @@ def tissue_map(coded: CodedMap, codes: str = "") -> LabelMap:
     codes: a preset, or a file that explains them; without it, names that the map's own file has, else OWN.
     Raises ImageError: a code is not explained, or its name is of no tissue; ConfigurationError: no such file.
     """
-    meaning = _meanings(coded, codes)
+    meaning = meanings(coded, codes)
     whose = codes or (coded.path if coded.names else OWN)
     if unknown := [code for code in coded.found if code not in meaning]:
         raise ImageError(
@@ -115,8 +130,8 @@ def tissue_map(coded: CodedMap, codes: str = "") -> LabelMap:
     return LabelMap(coded.grid, values[np.searchsorted(found, coded.codes)])
 
 
-def _meanings(coded: CodedMap, codes: str) -> Mapping[int, str]:
-    """Code -> tissue."""
+def meanings(coded: CodedMap, codes: str) -> Mapping[int, str]:
+    """Code -> tissue, '' for a name of none. Raises ConfigurationError as label_codes.explained."""
     if is_preset(codes):
         return presets()[codes]
     if codes:
@@ -200,11 +215,11 @@ def _grid(volume: sitk.Image, path: str) -> Grid:
 
 
 def _whole(values: np.ndarray, path: str) -> np.ndarray:
-    """Codes (nz, ny, nx) int32. Raises ImageError unless all values are whole numbers that fit."""
+    """Codes (nz, ny, nx) int32. Raises ImageError unless all values are whole ones, within ROUNDING."""
     if not np.isfinite(values).all():
         raise ImageError(f"{path} has values that are no numbers; export the label map again")
-    codes: np.ndarray = values.astype(np.int32)
-    if not np.array_equal(codes, values):
+    codes: np.ndarray = np.rint(values).astype(np.int32)
+    if not np.allclose(codes, values, rtol=0, atol=ROUNDING):
         low, high = float(values.min()), float(values.max())
         raise ImageError(
             f"{path} has values from {low:g} to {high:g} that are no whole numbers: is it an image?"

@@ -19,9 +19,8 @@ from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.io.atomic import replacing
-from mammosim.io.missing import require_there
+from mammosim.io.missing import AGAIN, require_there
 
-AGAIN = "delete it and run the stage that makes it, or copy it again"
 BOUNDARY_NUMBERS = {"skin": 1, "posterior": 2}
 CELL, FACE = "tetra10", "triangle6"
 

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from mammosim.core.errors import MissingResult
+from mammosim.core.errors import MissingResult, TableError
 from mammosim.io.atomic import replacing
 
 PREFIX = "missing: "
 KEY = "missing"
 START = f'{{"{KEY}": '
+AGAIN = "delete it and run the stage that makes it, or copy it again"
 
 
 def write_missing(path: str | Path, reason: str, *, job: Mapping[str, object] | None = None) -> None:
@@ -29,11 +30,24 @@ def write_missing(path: str | Path, reason: str, *, job: Mapping[str, object] | 
 
 
 def require_there(path: str | Path) -> None:
-    """Raise MissingResult when the file, which is no table, says that its result is missing."""
-    with Path(path).open("rb") as file:
-        head = file.read(len(START))
-    if head == START.encode():
-        raise MissingResult(json.loads(Path(path).read_text(encoding="utf-8"))[KEY])
+    """Raise MissingResult when the file, which is no table, says that its result is missing.
+
+    Raises TableError when it cannot be opened, or is the cut or damaged half of such a word.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            head = file.read(len(START))
+        if head != START.encode():
+            return
+        reason = json.loads(Path(path).read_text(encoding="utf-8"))[KEY]
+    except OSError as error:
+        raise TableError(f"{path} cannot be read: {error.strerror}; run the stage that makes it") from None
+    except (ValueError, KeyError, TypeError) as error:  # of JSON or of UTF-8
+        raise TableError(
+            f"{path} should say why a result is missing, and is cut short or damaged "
+            f"({' '.join(str(error).split())}); {AGAIN}"
+        ) from None
+    raise MissingResult(str(reason))
 
 
 def missing_rows(table: pd.DataFrame) -> pd.Series:

@@ -14,7 +14,7 @@ def read_plain(path: str | Path) -> list[dict[str, str]]:
     """The rows of a table as text without blanks around it: a `.csv` by commas, else by tabs.
 
     `#` begins a comment at the beginning of a line, or after a blank or tab where tabs separate.
-    Raises ConfigurationError where there is no such file, no text in it, a column stands twice, or a row has
+    Raises ConfigurationError where there is no such file, nothing in it, a column stands twice, or a row has
     more or fewer cells than there are columns.
     """
     separator = "," if Path(path).suffix.lower() == ".csv" else "\t"
@@ -35,6 +35,8 @@ def tabulated_plain(name: str) -> list[dict[str, str]]:
 
 
 def _rows(path: str | Path, separator: str) -> list[dict[str, str]]:
+    if not Path(path).stat().st_size:
+        raise ConfigurationError(f"{path} is empty, 0 bytes; its first line names the columns: copy it again")
     with Path(path).open(encoding="utf-8-sig", newline="") as file:
         cut = (COMMENT.split(line)[0] if separator == "\t" else line for line in file)
         lines = (line for line in cut if line.strip() and not line.startswith("#"))

@@ -12,10 +12,9 @@ import pandas as pd
 
 from mammosim.core.errors import MissingResult, TableError
 from mammosim.io.atomic import replacing
-from mammosim.io.missing import missing_rows, reason_of, require_there
+from mammosim.io.missing import AGAIN, missing_rows, reason_of, require_there
 
 NAMES = ("volunteer", "position", "side", "strategy", "moduli", "method", "tissue", "name")
-AGAIN = "delete it and run the stage that makes it, or copy it again"
 # Significant digits of the study's tables: they are the same on every processor (docs/decisions/machines.md).
 HOLDING_DIGITS = 5
 

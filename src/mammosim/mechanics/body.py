@@ -43,6 +43,10 @@ class Skin:
                 "skin has 0.5 to 3 mm, superficial fascia about 0.1 mm"
             )
 
+    def stiffened(self, factor: float) -> "Skin":
+        """The same membrane with its modulus times a factor."""
+        return replace(self, youngs_modulus_kpa=factor * self.youngs_modulus_kpa)
+
     def on(self, mesh: TetMesh) -> SkinMembrane:
         """The membrane on the boundary of a mesh whose points are the reference.
 
@@ -73,6 +77,10 @@ class Ligaments:
     stiffness_kpa: float
     exponent: float = 0.0
 
+    def stiffened(self, factor: float) -> "Ligaments":
+        """The same fibres with their stiffness times a factor."""
+        return replace(self, stiffness_kpa=factor * self.stiffness_kpa)
+
     def on(self, mesh: TetMesh) -> Fibres:
         """The fibres of a mesh whose points are the reference."""
         directions = ligament_directions(mesh)
@@ -81,6 +89,10 @@ class Ligaments:
 
 class Part(Protocol):
     """What a body may have beside its bulk: Skin, Fascia, Ligaments."""
+
+    def stiffened(self, factor: float) -> "Part":
+        """The same with its modulus times a factor."""
+        ...
 
     def on(self, mesh: TetMesh) -> Effect:
         """Its effect on a mesh whose points are the reference."""
@@ -96,6 +108,12 @@ class Body:
 
     tissues: Tissues
     parts: tuple[Part, ...] = ()
+
+    def stiffened(self, factor: float) -> "Body":
+        """With every modulus times a factor: it hangs as this one does under its weight over the factor."""
+        if factor == 1.0:
+            return self
+        return Body(_stiffened(self.tissues, factor), tuple(part.stiffened(factor) for part in self.parts))
 
     def effects(self, mesh: TetMesh) -> tuple[Effect, ...]:
         """The elastic effects on a mesh whose points are the reference."""
@@ -119,6 +137,15 @@ class Body:
         """
         effects, weight = self.effects(mesh), self.weight(mesh, gravity)
         return equilibrium(mesh, effects, loads=(weight,), start=start, settings=settings)
+
+
+def _stiffened(tissues: Tissues, factor: float) -> Tissues:
+    if isinstance(tissues, CellTissues):
+        return replace(tissues, youngs_modulus_kpa=factor * tissues.youngs_modulus_kpa)
+    return {
+        label: replace(tissue, youngs_modulus_kpa=factor * tissue.youngs_modulus_kpa)
+        for label, tissue in tissues.items()
+    }
 
 
 def body_effects(

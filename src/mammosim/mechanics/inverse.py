@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
-from mammosim.core.errors import EquilibriumError
+from mammosim.core.errors import EquilibriumError, UnloadingError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import shared_analysis, system_of
 from mammosim.mechanics.body import Body
@@ -147,7 +147,8 @@ def inverse(
     The history's distances are those of each correction. Without a start it begins with reverse gravity,
     under as much of the weight as Newton can begin with, and brings on the rest.
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no reference was found, or when the
-    measured shape would be no stable equilibrium of it.
+    measured shape would be no stable equilibrium of it, UnloadingError where only a part of the weight was
+    brought on.
     """
     settings = settings or InverseSettings()
     require_well_posed(measured, held_nodes(measured))
@@ -173,7 +174,7 @@ def _continued(problem: Measured, settings: InverseSettings, history: list[Unloa
             log.info("inverse: load factor %.3f failed: %s", target, failure)
             step /= 2
             if step < settings.smallest_load_step:
-                raise
+                raise UnloadingError(str(failure), load_factor=reached) from failure
         else:
             slope = (X_new - X) / (target - reached)
             X, reached, step = X_new, target, 1.5 * step
@@ -196,9 +197,9 @@ def _first(
             return _newton(problem, state.points, factor, settings, history), factor
         except EquilibriumError as failure:
             log.info("inverse: reverse gravity, load factor %.3f failed: %s", factor, failure)
+            if factor / 2 < settings.smallest_load_step:
+                raise UnloadingError(str(failure), load_factor=0.0) from failure
             factor /= 2
-            if factor < settings.smallest_load_step:
-                raise
 
 
 def _reversed(iteration: int, mesh: TetMesh, state: Equilibrium) -> UnloadingStep:

@@ -87,6 +87,14 @@ def test_labels_given_skip_the_segmentation_only(found):
     assert given["labels"] == given["mammogram"] == ""
 
 
+def test_two_positions_of_labels_alone_are_not_fitted_and_the_reason_says_how_unsure_that_would_be(found):
+    labelled = replace(ADA, given=dict.fromkeys(("prone", "supine"), frozenset({"labels"})))
+    given = found(labelled)
+    assert given["registration"] == given["fit"]
+    assert given["fit"].startswith("no images are given for ada; the rib cage of labels alone does not bring")
+    assert (given["mammogram"], labelled.used) == ("", ("prone",))
+
+
 def test_without_markers_the_rib_cages_are_registered_and_all_positions_are_used(found):
     unmarked = replace(ADA, given=dict.fromkeys(ADA.given, SERIES - {"fiducials"}))
     given = found(unmarked)

@@ -13,6 +13,7 @@ import yaml
 
 from mammosim.chain.advice import UNITS
 from mammosim.chain.configuration import (
+    absent,
     check_columns,
     check_listed,
     check_settings,
@@ -438,6 +439,17 @@ def test_every_path_of_a_row_must_be_there(kind):
         check_volunteers([rows[0] | {kind: "none"}, rows[1]], file="t.tsv", there=lambda path: path != "none")
 
 
+@pytest.mark.parametrize("kind", ["images", "labels", "strokes", "fiducials"])
+def test_whose_files_are_not_there_is_told_with_the_first_of_them(kind):
+    rows = [
+        *({"volunteer": v, "position": "prone", "images": f"{v}/scan"} for v in ("ada", "bea")),
+        {"volunteer": "bea", "position": "supine", "images": "bea/supine", kind: "none"},
+        {"volunteer": "bea", "position": "supine_tilted", "images": "none either"},
+    ]
+    assert absent(rows, there=lambda path: "none" not in path) == {"bea": f"{kind} none"}
+    assert absent(rows, there=lambda path: True) == {}
+
+
 def test_a_volunteer_of_ones_own_has_no_name_of_a_digital_one():
     with pytest.raises(ConfigurationError, match=r"'a' is the name of a digital volunteer, .* another name"):
         check_volunteers(table(), file="volunteers.tsv", digital=["a"])
@@ -455,7 +467,7 @@ def test_what_is_wrong_with_one_row_hides_nothing_of_another():
     with pytest.raises(ConfigurationError) as error:
         check_volunteers(rows, file="volunteers.tsv")
     first, second = str(error.value).splitlines()
-    assert "prone: gravity 'down' is no direction" in first
+    assert "prone: gravity 'down' is no direction; write three numbers with decimal points" in first
     assert "supine, lacks images" in second
 
 

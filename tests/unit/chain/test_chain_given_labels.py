@@ -57,6 +57,11 @@ def test_good_labels_stay_as_they_are():
     assert [note.partition(":")[0] for note in found.notes] == ["no skin is labelled"]
 
 
+def test_that_segments_overlap_is_said_first():
+    (note, *_) = taken(replace(breasts(), overlapping=250)).notes
+    assert note == f"{250 * CM3:.2g} cm3 (250 voxels) lie in several segments: the smallest one is kept"
+
+
 def test_air_behind_the_tissue_is_chest_which_holds_it():
     """What the map calls air behind the muscle is the chest again."""
     found = taken(codes_without_chest(breasts()))

@@ -11,6 +11,7 @@ from small_breast import small_chain
 
 from mammosim.chain.beam import spectrum_from, spectrum_table
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts
+from mammosim.chain.stress_free import StressFree
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.rigid import IDENTITY
@@ -49,7 +50,7 @@ def test_plates_keep_clear_of_the_skin_of_the_chest_above_and_below_the_breast(b
 def test_between_the_plates_weight_pulls_to_the_floor_on_which_she_stands(block, repository):
     mesh = block(2)
     given = {
-        **{"mesh": mesh, "stress_free": SimpleNamespace(mesh=mesh)},
+        **{"mesh": mesh, "stress_free": StressFree(mesh)},
         "breast": SimpleNamespace(nipple=np.array([15.0, 0.0, 15.0]), to_reference=IDENTITY),
         "pressed_body": Body({Label.ADIPOSE: Tissue(1.0, 0.45, 1.0)}),
     }

@@ -124,10 +124,10 @@ def test_without_scatter_the_mammogram_needs_none(chain):
 
 
 def test_a_method_or_a_start_that_is_the_mean_needs_the_mean_shape(chain):
-    assert "mean_shape" not in chain.needs("stress_free")
+    assert "mean_shape" not in chain.needs("unloaded")
     for name, value in (("default", "mean_start"), ("start", "mean")):
         other = chain.with_settings({f"mechanics.stress_free.{name}": value})
-        assert "mean_shape" in other.needs("stress_free")
+        assert "mean_shape" in other.needs("unloaded")
 
 
 def test_all_views_together_take_their_share_of_the_exposure(chain):
@@ -201,7 +201,8 @@ def kept(chain, tmp_path_factory):
 
 
 KEPT = (
-    *("mesh", "stress_free", "loaded", "standard_path", "pressed", "phantom", "conservation", "field"),
+    *("mesh", "unloaded", "stress_free", "loaded", "standard_path", "pressed", "phantom", "conservation"),
+    "field",
     *("spectrum", "dose", "scatter", "mammogram", "image_row", "slices", "depth", "dose_routes"),
 )
 
@@ -213,7 +214,7 @@ def fresh(chain):
 def test_what_was_kept_is_what_was_made(chain, kept):
     read = fresh(kept[0])
     np.testing.assert_array_equal(read["mesh"].points, chain["mesh"].points)
-    for name in ("stress_free", "loaded"):
+    for name in ("unloaded", "stress_free", "loaded"):
         np.testing.assert_array_equal(read[name].mesh.points, chain[name].mesh.points)
     np.testing.assert_array_equal(read["standard_path"].shapes, chain["standard_path"].shapes)
     assert dict(read["pressed"].plates) == pytest.approx(dict(chain["pressed"].plates))

@@ -7,6 +7,7 @@ import pytest
 from small_breast import small_chain
 from tiny_woman import tiny_labels
 
+from mammosim.chain.stress_free import StressFree
 from mammosim.chain.thickness import GIVEN, StandardThickness, chosen_thickness, depth_in
 from mammosim.core.errors import MechanicsError, MeshError
 from mammosim.core.labels import Label
@@ -65,7 +66,7 @@ def test_the_plates_press_to_what_is_given_else_to_what_is_chosen(block, reposit
     mesh = block(2)
     longer = mesh.moved_to(mesh.points * [1.0, 2.0, 1.0])
     given = {
-        **{"mesh": longer, "stress_free": SimpleNamespace(mesh=mesh)},
+        **{"mesh": longer, "stress_free": StressFree(mesh)},
         "breast": SimpleNamespace(nipple=np.array([15.0, 0.0, 15.0]), to_reference=IDENTITY),
         "pressed_body": Body({Label.ADIPOSE: Tissue(1.0, 0.45, 1.0)}),
     }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.errors import ConfigurationError, FiducialError, MechanicsError
-from mammosim.core.fiducials import Fiducials
+from mammosim.core.fiducials import Fiducials, midline_mm
 from mammosim.core.labels import Label
 from mammosim.core.positions import GRAVITY, gravity_direction
 from mammosim.core.progress import progress
@@ -48,12 +48,24 @@ def test_an_unknown_position_is_rejected():
 
 
 def test_fiducials_have_unique_names_and_known_kinds():
-    with pytest.raises(FiducialError, match="unique"):
+    with pytest.raises(FiducialError, match="a stands twice; fiducial names must be unique: rename"):
         Fiducials(("a", "a"), ("chest", "chest"), np.zeros((2, 3)))
     with pytest.raises(FiducialError, match="unknown kind"):
         Fiducials(("a",), ("elbow",), np.zeros((1, 3)))
-    with pytest.raises(FiducialError, match="no fiducial 'nipple_left'"):
+    with pytest.raises(
+        FiducialError, match=r"no fiducial 'nipple_left'; the list has: a; mark it in the image"
+    ):
         Fiducials(("a",), ("chest",), np.zeros((1, 3))).point("nipple_left")
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "middle"), [(90.0, -70.0, 0.0), (310.0, 150.0, 230.0), (-20.0, -180.0, -100.0)]
+)
+def test_the_midline_is_between_the_nipples_where_a_frame_begins_elsewhere(left, right, middle):
+    points = np.array([[left, -40.0, 0.0], [right, -40.0, 0.0]])
+    nipples = Fiducials(("nipple_left", "nipple_right"), ("nipple",) * 2, points)
+    assert midline_mm(nipples) == middle
+    assert midline_mm(Fiducials(nipples.names[:1], ("nipple",), points[:1])) == 0.0, "of one nothing is known"
 
 
 def test_a_stream_depends_on_its_name_alone():

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from tiny_woman import tiny_image, tiny_labels
 
-from mammosim.core.errors import FiducialError, ImageError
+from mammosim.core.errors import FiducialError
 from mammosim.core.fiducials import Fiducials
-from mammosim.core.volume import Grid, Image, LabelMap
-from mammosim.imaging.plausible_points import Skin, require_drawn_in, require_plausible
+from mammosim.core.volume import Image
+from mammosim.imaging.plausible_points import Skin, require_plausible
 
 
 @pytest.fixture(scope="module")
@@ -138,22 +137,3 @@ def test_left_is_left(chest, marked):
 def test_nothing_is_asked_of_points_that_are_not_listed(chest, marked):
     one = Fiducials(marked.names[-2:-1], marked.kinds[-2:-1], marked.points[-2:-1])
     require_plausible(one, chest.image)
-
-
-def moved(labels: LabelMap, shift: list[float]) -> LabelMap:
-    """The same labels at another place, mm."""
-    grid = labels.grid
-    return LabelMap(Grid(grid.shape, grid.spacing, grid.origin + shift, grid.direction), labels.values)
-
-
-def test_labels_of_an_image_pass_also_on_finer_voxels_and_a_voxel_off():
-    coarse = tiny_labels()
-    for labels in (coarse, tiny_labels(4.0), moved(coarse, [5.0, 5.0, -5.0])):
-        require_drawn_in(labels, tiny_image(coarse))
-
-
-@pytest.mark.parametrize("shift", [[0.0, -70.0, 0.0], [0.0, 0.0, 150.0], [300.0, 0.0, 0.0]])
-def test_labels_in_another_frame_are_rejected(shift):
-    labels = tiny_labels()
-    with pytest.raises(ImageError, match=r"\d+ % of the labelled tissue lie in the body .* at least 50 %"):
-        require_drawn_in(moved(labels, shift), tiny_image(labels))

@@ -10,7 +10,7 @@ from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.volume import Image
 from mammosim.imaging.features import NAMES, correct_bias, features
 from mammosim.imaging.overlap import dice
-from mammosim.imaging.segmentation import Segmentation, Settings, segment
+from mammosim.imaging.segmentation import TISSUES, Segmentation, Settings, _covered, segment
 
 SETTINGS = Settings(trees=20)
 
@@ -45,6 +45,21 @@ def test_skin_closes_the_body(found) -> None:
     beside_air = ndimage.binary_dilation(values == Label.AIR) & (values != Label.AIR)
     front = beside_air[:, :25]  # behind, muscle and thorax reach the image's border
     assert np.all(values[:, :25][front] == Label.SKIN)
+
+
+def test_a_body_has_skin_before_fat_where_the_classifier_sees_some() -> None:
+    """A cube of fat: on one face it has its skin, before a second one skin is likely, before a third not."""
+    p = {label: np.zeros((9, 9, 9), np.float32) for label in TISSUES}
+    body = np.zeros((9, 9, 9), bool)
+    body[2:7, 2:7, 2:7] = True
+    p[Label.ADIPOSE][body] = 1.0
+    p[Label.ADIPOSE][:, :, 2], p[Label.SKIN][:, :, 2] = 0.2, 0.8
+    p[Label.SKIN][:, :, 1] = 0.4
+    p[Label.SKIN][:, 7, :] = 0.4
+    found = _covered(body, p, np.ones(body.shape, bool)) & ~body
+    assert found[2:7, 7, 3:7].all()
+    assert not found[:, :, 1].any()
+    assert not found[7].any()
 
 
 def test_muscle_parts_breast_from_thorax(found) -> None:

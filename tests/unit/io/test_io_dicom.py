@@ -90,6 +90,43 @@ def test_slices_of_philips_are_on_one_scale(tmp_path: Path) -> None:
     series = read_series(write(tmp_path, philips))
     np.testing.assert_allclose(series.image.values, VALUES, rtol=1e-6)
     assert "private scale of Philips" in series.notes[0]
+    otherwise = 0.5 * 2 / (1.0 * 7)  # slope times scale of the first slice, by that of the last one
+    assert f"weigh slices up to {1 / otherwise:.3g} times otherwise" in series.notes[0]
+
+
+def test_philips_whose_display_is_on_the_same_scale_needs_no_look(tmp_path: Path) -> None:
+    def philips(k: int, dataset: Dataset) -> None:
+        scale = 2.0**k
+        dataset.RescaleSlope, dataset.RescaleIntercept = str(4 / scale), "0"
+        dataset.PixelData = (VALUES[k] * scale).astype(np.uint16).tobytes()
+        dataset.private_block(0x2005, "Philips MR Imaging DD 001", create=True).add_new(0x0E, "FL", scale)
+
+    series = read_series(write(tmp_path, philips))
+    np.testing.assert_array_equal(series.image.values, VALUES)
+    assert series.notes == ("intensities on the private scale of Philips, the same for all slices",)
+
+
+@pytest.mark.parametrize(
+    ("padding", "limit", "inverse"), [(-32768, None, False), (30000, 32000, False), (32000, None, True)]
+)
+def test_what_was_not_scanned_is_air(tmp_path: Path, padding: int, limit: int | None, inverse: bool) -> None:
+    """The corners of a slice, which a correction of the gradients leaves empty, have a value of their own."""
+
+    def padded(k: int, dataset: Dataset) -> None:
+        values = (4095 - VALUES[k] if inverse else VALUES[k]).astype(np.int16)
+        values[:, 0], values[0, 0] = padding, padding if limit is None else limit
+        dataset.PixelRepresentation, dataset.PixelData = 1, values.tobytes()
+        dataset.PhotometricInterpretation = "MONOCHROME1" if inverse else "MONOCHROME2"
+        dataset.PixelPaddingValue = padding
+        if limit is not None:
+            dataset.PixelPaddingRangeLimit = limit
+
+    series = read_series(write(tmp_path, padded))
+    scanned = VALUES[:, :, 1:].astype(float)
+    darkest = scanned.min() if inverse else 0.0
+    expected = np.concatenate([np.full_like(VALUES[:, :, :1], darkest, float), scanned], axis=2)
+    np.testing.assert_array_equal(series.image.values, expected - darkest)
+    assert any("PixelPaddingValue" in note for note in series.notes)
 
 
 def test_without_the_scale_of_every_slice_philips_is_as_others(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Of several series, phases and copies in a folder the one that is meant, or a list without a name in it."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -152,6 +153,8 @@ def test_a_phase_that_lost_a_slice_is_rejected_when_it_is_named(tmp_path: Path) 
     write(tmp_path / "1", _phase(1, AcquisitionNumber=1))
     write(tmp_path / "2", _phase(2, AcquisitionNumber=2), slices=(0, 1, 2, 4, 5))
     assert _scale(tmp_path, "phase 1") == 1
+    told = read_series(tmp_path, series="phase 1").chosen
+    assert re.fullmatch(r".*: MR, 11 slices of .*, phase 1 of 2; 1 of 1 series of the folder or file", told)
     with pytest.raises(ImageError, match=r"lacks a slice: between 2/7\.dcm and 2/5\.dcm"):
         read_series(tmp_path, series="phase 2")
 

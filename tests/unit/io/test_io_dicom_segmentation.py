@@ -63,26 +63,27 @@ def _fractional(dataset: Dataset, masks: Mapping[int, np.ndarray]) -> Dataset:
 
 def test_segments_are_numbers_on_the_grid_of_the_slices_they_are_in(tmp_path: Path) -> None:
     apart = BREAST & ~GLAND
-    grid, labels, names = read_seg(save(_seg({1: apart, 2: GLAND}), tmp_path / "a.dcm"))
+    grid, labels, names, overlapping = read_seg(save(_seg({1: apart, 2: GLAND}), tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels, (apart + 2 * GLAND)[1:5])
     np.testing.assert_allclose(grid.origin, place(1), atol=1e-5)
     np.testing.assert_allclose(grid.spacing, GRID.spacing, atol=1e-5)
     np.testing.assert_allclose(grid.direction, GRID.direction, atol=1e-8)
-    assert names == NAMES
+    assert (names, overlapping) == (NAMES, 0)
 
 
 @pytest.mark.parametrize("order", [(1, 2), (2, 1)])
 def test_a_segment_within_another_is_kept(tmp_path: Path, order: tuple[int, int]) -> None:
     """Whichever of them comes first, in the file or by number."""
     masks = {order[0]: BREAST, order[1]: GLAND}
-    _, labels, _ = read_seg(save(_seg(masks), tmp_path / "a.dcm"))
+    _, labels, _, overlapping = read_seg(save(_seg(masks), tmp_path / "a.dcm"))
+    assert overlapping == GLAND.sum()
     assert np.all(labels[GLAND[1:5]] == order[1])
     assert np.all(labels[(BREAST & ~GLAND)[1:5]] == order[0])
 
 
 def test_frames_may_stand_in_any_order(tmp_path: Path) -> None:
     """The first one of the file is not the first slice."""
-    grid, labels, _ = read_seg(save(_seg({2: GLAND, 1: BREAST & ~GLAND}), tmp_path / "a.dcm"))
+    grid, labels, *_ = read_seg(save(_seg({2: GLAND, 1: BREAST & ~GLAND}), tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels, ((BREAST & ~GLAND) + 2 * GLAND)[1:5])
     np.testing.assert_allclose(grid.origin, place(1), atol=1e-5)
 
@@ -90,7 +91,7 @@ def test_frames_may_stand_in_any_order(tmp_path: Path) -> None:
 def test_slices_thinner_than_their_distance_are_not_doubled(tmp_path: Path) -> None:
     dataset = _seg({1: BREAST})
     dataset.SharedFunctionalGroupsSequence[0].PixelMeasuresSequence[0].SliceThickness = 1.5
-    grid, labels, _ = read_seg(save(dataset, tmp_path / "a.dcm"))
+    grid, labels, *_ = read_seg(save(dataset, tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels, BREAST[1:5])
     assert grid.spacing[2] == pytest.approx(GRID.spacing[2], abs=1e-5)
 
@@ -108,13 +109,13 @@ def test_names_of_segments_say_what_tissues_they_are(tmp_path: Path) -> None:
 def test_slices_that_no_segment_touches_are_empty(tmp_path: Path) -> None:
     mask = np.zeros(GRID.shape, bool)
     mask[[0, 1, 5]] = True
-    _, labels, _ = read_seg(save(_seg({1: mask}), tmp_path / "a.dcm"))
+    _, labels, *_ = read_seg(save(_seg({1: mask}), tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels[:, 0, 0], [1, 1, 0, 0, 0, 1])
 
 
 def test_fractions_are_inside_from_one_half(tmp_path: Path) -> None:
     dataset = _fractional(_seg({1: BREAST}), {1: BREAST})
-    _, labels, _ = read_seg(save(dataset, tmp_path / "a.dcm"))
+    _, labels, *_ = read_seg(save(dataset, tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels, BREAST[1:5])
 
 
@@ -134,7 +135,7 @@ def test_a_label_map_with_a_number_that_it_does_not_name_is_rejected(tmp_path: P
 
 def test_a_label_map_of_segments_is_read(tmp_path: Path) -> None:
     stored = BREAST + GLAND.astype(np.uint16)
-    grid, labels, _ = read_seg(save(_label_map(stored), tmp_path / "a.dcm"))
+    grid, labels, *_ = read_seg(save(_label_map(stored), tmp_path / "a.dcm"))
     np.testing.assert_array_equal(labels, stored)
     assert grid.same_as(GRID)
 

@@ -134,6 +134,15 @@ def test_a_published_map_comes_straight_out_of_its_archive():
     assert breast.sum() * found.grid.voxel_volume == pytest.approx(4.655e6, rel=1e-3)
 
 
+def test_codes_that_a_slope_has_rounded_are_whole_ones_and_a_code_between_two_is_none(tmp_path):
+    """As of programs that store codes with a slope: 3 becomes 3.00006."""
+    codes = np.arange(60, dtype=np.float32).reshape(SHAPE) % 4
+    found = read_label_map(written(tmp_path / "scaled.nii", codes * np.float32(1.00002)))
+    np.testing.assert_array_equal(found.codes, codes)
+    with pytest.raises(ImageError, match="no whole numbers"):
+        read_label_map(written(tmp_path / "between.nii", codes * np.float32(0.9882)))
+
+
 def test_what_is_no_label_map_is_named(tmp_path):
     half = written(tmp_path / "half.nii", np.linspace(0, 0.5, 60, dtype=np.float32).reshape(SHAPE))
     with pytest.raises(ImageError, match=r"half\.nii has values from 0 to 0\.5 that are no whole numbers"):
@@ -179,6 +188,7 @@ def test_overlapping_segments_lie_over_a_whole_breast_whatever_their_order(tmp_p
     }
     found = tissue_map(read_label_map(written(tmp_path / "l.seg.nrrd", layers, **about)))
     assert found.values[:, 0, 0].tolist() == [Label.AIR, BREAST, Label.GLANDULAR]
+    assert read_label_map(tmp_path / "l.seg.nrrd").overlapping == np.prod(SHAPE[1:]), "which is said"
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
@@ -277,9 +287,17 @@ def test_a_table_explains_codes(tmp_path):
     assert tissue_map(coded(-7, 300), str(table)).values.ravel()[:2].tolist() == [Label.ADIPOSE, IGNORE]
     for text, words in {
         "code\tlabel\n1\tfat\n": "has the columns code, label; it needs code and tissue",
-        "code\ttissue\n1\tfat\n": "row 1 names no tissue; choose among: air, adipose",
-        "code\ttissue\none\tadipose\n": "a code is no whole number",
-        "code\ttissue\n1\tadipose\n1\tskin\n": "a code stands twice",
+        "code\ttissue\n1\tfat\n": "row 1, column tissue: it names no tissue; did you mean adipose",
+        "code\ttissue\n0\tair\n1\tx\n": "row 2, column tissue: it names no tissue; choose among: air,",
+        "code\ttissue\none\tadipose\n": "row 1, column code: a code is no whole number",
+        "code\ttissue\n1.5\tadipose\n": "row 1, column code: a code is no whole number",
+        "code\ttissue\n\tadipose\n": "row 1, column code: a code is no whole number",
+        "code\ttissue\n1\t\n": "row 1, column tissue: it names no tissue",
+        "code\ttissue\n1\tadipose\n1\tskin\n": "row 2, column code: a code stands twice",
+        "code\ttissue\n1\tadipose\t9\n": "row 1 has 3 cells and the header 2",
+        "": r"codes\.tsv is empty; its first line should be: code,tissue",
+        "code\ttissue\n": "has a header and no rows",
+        'code\ttissue\n1\t"skin\n': "close what a quotation mark opens",
     }.items():
         table.write_text(text)
         with pytest.raises(ConfigurationError, match=words):
@@ -327,3 +345,25 @@ def test_a_table_may_be_separated_by_commas_or_tabs(tmp_path, name):
     table = tmp_path / name
     table.write_text("code,tissue\n4,glandular\n".replace(",", "\t" if name.endswith("tsv") else ","))
     assert np.all(tissue_map(coded(4), str(table)).values == Label.GLANDULAR)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_what_explains_codes_is_read_as_editors_save_it(tmp_path, encoding, separator):
+    """As every other table that a person gives: with any usual separator and encoding."""
+    text = "Code ; Tissue\n# gedrüst\n-2;adipose\n4 ; glandular\n".replace(";", separator)
+    (tmp_path / "codes.csv").write_bytes(text.encode(encoding))
+    found = tissue_map(coded(-2, 4), str(tmp_path / "codes.csv")).values.ravel()[:2]
+    assert found.tolist() == [Label.ADIPOSE, Label.GLANDULAR]
+    (tmp_path / "labels.txt").write_bytes('4 0 255 0 1 1 1 "Drüse"\n5 0 9 0 1 1 1 "fat"\n'.encode(encoding))
+    assert np.all(tissue_map(coded(5), str(tmp_path / "labels.txt")).values == Label.ADIPOSE)
+    (tmp_path / "dataset.json").write_bytes('{"labels": {"fat": 3, "Drüse": 9}}'.encode(encoding))
+    assert np.all(tissue_map(coded(3), str(tmp_path / "dataset.json")).values == Label.ADIPOSE)
+
+
+def test_a_cut_dataset_is_named_with_line_and_column(tmp_path):
+    (tmp_path / "dataset.json").write_text('{\n "labels": {"fat": 1,')
+    with pytest.raises(
+        ConfigurationError, match=r"dataset\.json: line 2, column \d+: no JSON .*; was it cut"
+    ):
+        tissue_map(coded(1), str(tmp_path / "dataset.json"))

@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.core.errors import MissingResult
+from mammosim.core.errors import MissingResult, TableError
 from mammosim.figures.status import notice
 from mammosim.figures.style import new_figure
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.figures import missing_reason, write_figure
 from mammosim.io.images import read_image, read_labels
 from mammosim.io.meshes import read_cell_data, read_mesh, read_point_data
-from mammosim.io.missing import write_missing
+from mammosim.io.missing import require_there, write_missing
 from mammosim.io.tables import read_json, read_rows, read_table, read_those_there, write_table
 from mammosim.io.transforms import read_transform
 
@@ -68,3 +68,26 @@ def test_a_picture_says_why_another_one_is_missing(tmp_path):
     assert missing_reason(tmp_path / "there.png") is None
     assert WHY in " ".join(text.get_text().replace("\n", " ") for text in notice(WHY).texts)
     assert np.isfinite(notice(30 * WHY).get_size_inches()).all()
+
+
+@pytest.mark.parametrize("reader", [require_there, read_image, read_mesh, read_json, read_transform])
+def test_a_damaged_word_in_the_place_of_a_result_is_named(tmp_path, reader):
+    """Cut short by a full disk, or with a byte of another file in it: one line, no fault of the program."""
+    path = tmp_path / (
+        "a.tfm" if reader is read_transform else "a.vtu" if reader is read_mesh else "a.nii.gz"
+    )
+    write_missing(path, WHY)
+    whole = path.read_bytes()
+    for damaged in (whole[:-4], whole[:20] + b"\xff" + whole[21:]):
+        path.write_bytes(damaged)
+        with pytest.raises(
+            TableError, match=r"a\.\S+ should say why .* and is cut short or damaged"
+        ) as error:
+            reader(path)
+        assert len(str(error.value).splitlines()) == 1
+
+
+def test_what_cannot_be_opened_is_named(tmp_path):
+    for path, why in ((tmp_path, "Is a directory"), (tmp_path / "none.json", "No such file")):
+        with pytest.raises(TableError, match=rf"{path} cannot be read: {why}.*; run the stage that makes it"):
+            require_there(path)

@@ -26,6 +26,7 @@ def test_a_table_that_is_not_there_or_is_no_text_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        ("", r"my\.tsv is empty, 0 bytes; its first line names the columns"),
         ("a\tb\tc\nada\tprone\n", r"my\.tsv: row 1 \(ada prone\) has 2 of 3 cells; separate them by tabs"),
         ("a\tb\n1\t2\n1\t2\t3\n", r"row 2 \(1 2\) has 3 of 2 cells"),
         ('a\tb\n1\t"2\n3\t4\n', r"my\.tsv: unexpected end of data; close what a quotation mark opens"),
@@ -41,8 +42,8 @@ def test_a_table_that_is_not_well_formed_is_named(tmp_path, text, words):
 def test_blanks_around_cells_and_signs_within_words_change_nothing(tmp_path):
     (tmp_path / "a.tsv").write_text("name \tpath\nada \t scans/#1 # not measured\n")
     assert read_plain(tmp_path / "a.tsv") == [{"name": "ada", "path": "scans/#1"}]
-    (tmp_path / "empty.tsv").write_bytes(b"")
-    assert read_plain(tmp_path / "empty.tsv") == []
+    (tmp_path / "blank.tsv").write_text("\n")
+    assert read_plain(tmp_path / "blank.tsv") == []
 
 
 def test_what_stands_twice_is_named_once():

@@ -101,6 +101,14 @@ def test_an_image_of_one_breast_is_noted_where_both_are_asked_for(check, monkeyp
     assert row["notes"] == "5 resample"
 
 
+def test_labels_in_the_place_of_an_image_are_rejected_by_their_file(check, monkeypatch):
+    codes = SimpleNamespace(image=Image(GRID, np.arange(GRID.shape[0] ** 3).reshape(GRID.shape) % 6.0))
+    codes.patient_position, codes.notes = None, []
+    monkeypatch.setattr(check.module, "read_scan", lambda path, series, gaps: codes)
+    with pytest.raises(ImageError, match=r"^i\.nii\.gz: it has 6 values, from 0 to 5, .* the column labels"):
+        check({"images": "i.nii.gz"})
+
+
 def test_labels_are_of_the_image_beside_them(check, monkeypatch):
     def rejected(labels, image):
         raise ImageError(f"{labels.values.max()} in {image.values.max():g}")

@@ -1,6 +1,7 @@
 """The page of a woman whose data are rejected shows why, and what can be seen of them."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -67,6 +68,25 @@ def test_good_labels_have_a_picture_nipples_and_the_thickness_that_will_be_chose
     (left,) = [part for part in text.split("about ")[1:] if "(left)" in part[:20]]
     assert 30 <= float(left.split(" mm")[0]) <= 42
     assert "In her labels" not in page({"labels": files.folder / "labels.nii.gz"}, stated=True)[0]
+
+
+def test_how_the_files_were_read_stands_on_the_page(page, files):
+    """Codes and who explains them, and where her head is taken to be, which a symmetric body cannot show."""
+    text, _ = page({"labels": files.folder / "labels.nii.gz"})
+    assert "the program&#39;s own (preset mammosim): the column codes is empty" in text
+    assert "; 1: adipose, " in text
+    assert "her head towards larger z (S in the pictures)" in text
+    assert "as the header&#39;s sform or qform says; a body whose ends look alike shows no exchange" in text
+
+
+def test_codes_that_nobody_explains_are_listed_beside_the_reason(page, files, tmp_path):
+    labels = replace(
+        files.labels, values=np.where(files.labels.values == 2, np.uint8(12), files.labels.values)
+    )
+    write_labels(labels, tmp_path / "l.nii.gz")
+    text, (why,) = page({"labels": tmp_path / "l.nii.gz"})
+    assert "no tissue for code 12" in why
+    assert "; 12: no tissue, " in text
 
 
 def test_a_thickness_that_makes_no_sense_is_a_reason_to_stop_before_anything_is_computed(page, files):

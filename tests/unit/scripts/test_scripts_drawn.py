@@ -131,6 +131,18 @@ def test_shapes_are_named_by_their_method_and_those_that_are_missing_left_out(dr
     assert (given.x_mm, given.z_mm) == (75.0, 5.0)
 
 
+def test_a_shape_that_took_other_moduli_is_drawn_by_their_name_and_no_other_twice(drawn):
+    attempts = pd.DataFrame({"method": ["anderson", "inverse"], "moduli_factor": [1.0, 2.0]})
+    files = {"measured": "m", "shapes": [MissingResult("no")], "fiducials": ""}
+    files |= {"used": "u", "attempts": attempts}
+    told = {"methods": ["anderson"]}
+    given = drawn("shapes", "stress_free", (deformation, "stress_free"), files, told)
+    assert given.args == ({"measured": "m", "inverse, all moduli times 2": "u"},)
+    files |= {"shapes": ["a"], "attempts": attempts[:1]}
+    given = drawn("shapes", "stress_free", (deformation, "stress_free"), files, told)
+    assert given.args == ({"measured": "m", "anderson": "a"},)
+
+
 def test_upright_shapes_are_named_by_their_skin_and_rows_are_hers(drawn):
     measured = SimpleNamespace(moved_to=lambda points: points)
     table = pd.DataFrame({"volunteer": ["ada", "eva"], "skin_kpa": [0.0, 10.0]})

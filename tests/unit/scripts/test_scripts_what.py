@@ -8,8 +8,38 @@ from mammosim.io.missing import write_missing
 from mammosim.io.tables import write_table
 
 ROWS = [
-    {"position": "prone", "used": True, "there": True, "files": {"labels": "l.nii.gz"}, "gravity": "0 -1 0"}
+    {
+        **{
+            "position": "prone",
+            "used": True,
+            "there": True,
+            "files": {"labels": "l.nii.gz"},
+            "gravity": "0 -1 0",
+        },
+        **{"how": {"series": "t1 fs", "gaps": "resample"}, "codes": {"codes": "victre"}},
+    }
 ]
+
+
+def test_of_a_woman_who_cannot_be_pressed_the_page_has_the_reason(script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    reason = "stress_free ada prone: no stress-free shape carries the weight, by anderson or inverse"
+    paths = {name: f"results/{name}.csv" for name in ("stress_free_attempts", "compression", "image")}
+    for path in paths.values():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        write_missing(path, reason, job={"volunteer": "ada", "position": "prone"})
+    write_figure(Figure(), "results/stress_free_ada.png", missing=reason)
+    told = {
+        "tables": {name: [path] for name, path in paths.items()},
+        "planned": [("compression", "")],
+        "gains": [],
+        "thickness": "Half of her depth.",
+    }
+    script("what").main("ada", ROWS, told, ["results/stress_free_ada.png"], "what.html")
+    page = (tmp_path / "what.html").read_text()
+    assert page.count(f"missing: {reason}") == len(paths), "in the place of each answer"
+    (row,) = [line for line in page.split("<tr>") if line.startswith(f"<td>{reason}</td>")]
+    assert "stress_free_attempts, compression, image</td><td>stress_free_ada" in row
 
 
 def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_path, monkeypatch):
@@ -39,7 +69,8 @@ def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_pa
     assert "<td>given</td>" in page, "of every table of one name"
     assert f'href="../../../{other}"' in page
     assert "Half of her depth." in page
-    assert "l.nii.gz" in page, "what was given"
+    for given in ("l.nii.gz", "t1 fs", "resample", "victre"):
+        assert f"<td>{given}</td>" in page, "what was given, and how it was to be read"
     (row,) = [
         line
         for line in page.split("<tr>")

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from mammosim.chain.points import MaterialPoints
@@ -11,13 +12,14 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.rigid import RigidTransform
 from mammosim.core.settings import read
+from mammosim.io.tables import write_table
 from mammosim.mechanics.analysis import shared_analysis
 from mammosim.meshing.shapes import ball_part, box
 from mammosim.study.identification import pair as pairs
 from mammosim.study.identification.diagnosis import chest_motion, require_explained, require_one_body
-from mammosim.study.identification.fit import fitted, grid_table
+from mammosim.study.identification.fit import _gauss_newton, fitted, grid_table
 from mammosim.study.identification.moduli import KEYS, Materials, Moduli
-from mammosim.study.identification.pair import Pair, Position
+from mammosim.study.identification.pair import Pair, Position, left_by_registration
 from mammosim.study.identification.posterior import covariance, draws, is_resolved, moduli_table
 from mammosim.study.identification.problem import N_MODULI, Problem
 from mammosim.study.identification.settings import Errors, FitSettings, Grid, Prior
@@ -170,6 +172,44 @@ def test_the_models_error_widens_both_sides_alike(problem, fit):
     left, right = KEYS.index(("left", "adipose")), KEYS.index(("right", "adipose"))
     assert wider[left, left] == wider[right, right] == wider[left, right] == pytest.approx(0.09)
     assert np.count_nonzero(wider) == 4
+
+
+def test_an_unsure_registration_widens_the_intervals(problem):
+    """By how much depends on what the data say of the motion themselves: here, of 0.01 mm, almost all."""
+    state = problem.predicted(true_theta())
+    with shared_analysis():
+        slopes = problem.sensitivities(state)
+    unsure = replace(problem, prior=PRIOR.widened(shift_mm=0.5, turn_deg=0.3))
+    sure, wide = (
+        np.sqrt(np.diag(_gauss_newton(each, state, slopes, ERRORS)[1]))[:N_MODULI]
+        for each in (problem, unsure)
+    )
+    assert np.all(wide >= sure)
+    assert wide[0] > sure[0], "of fat, on the left"
+    same = PRIOR.widened(shift_mm=float("nan"), turn_deg=float("nan"))
+    assert same == PRIOR, "where a registration by markers states nothing"
+    assert PRIOR.widened(shift_mm=0.01, turn_deg=0.01) == PRIOR, "never narrower than what is assumed"
+
+
+def test_what_a_registration_leaves_is_read_from_its_steps(tmp_path):
+    """Of the step that was used; Student's quantile of 7 degrees of freedom is 2.365."""
+    steps = pd.DataFrame(
+        {
+            "step": ["surface", "image"],
+            "used": [False, True],
+            "error_95_mm": [9.0, 3.0],
+            "error_95_deg": [9, 1.5],
+        }
+    )
+    write_table(steps, tmp_path / "steps.csv")
+    left = left_by_registration(tmp_path / "steps.csv")
+    assert left == pytest.approx(
+        {"shift_mm": 3 / (2.365 * 3**0.5), "turn_deg": 1.5 / (2.365 * 3**0.5)}, rel=1e-3
+    )
+    write_table(steps.assign(error_95_mm=np.nan, error_95_deg=np.nan), tmp_path / "marked.csv")
+    write_table(steps.iloc[:0], tmp_path / "still.csv")
+    for name in ("marked", "still"):
+        assert np.isnan(list(left_by_registration(tmp_path / f"{name}.csv").values())).all()
 
 
 def test_a_layer_of_one_element_is_not_resolved_and_one_of_three_is(rest):

@@ -1,9 +1,11 @@
 """The pages of one woman: what was understood of her data, and what was done with them."""
 
 import pandas as pd
+import yaml
 
+from mammosim.io.tabulated import tabulated
 from mammosim.study.report.pages import Picture, report
-from mammosim.study.report.women import Checked, checked_sections, done_sections, verdict
+from mammosim.study.report.women import Checked, carried_words, checked_sections, done_sections, verdict
 
 PLAN = [("mesh", ""), ("fit of moduli", "ada was scanned in one position, two are needed")]
 GAINS = [(("a supine series",), ["registration", "fit of moduli"])]
@@ -68,6 +70,42 @@ def test_what_was_done_shows_answers_gaps_and_links_from_her_folder():
     for words in ("chosen: half", "3.2", "the breast slipped out", PLAN[1][1], "Half of her depth."):
         assert words in page
     assert page.count("chosen: half") == 1, "only the tables that answer are shown"
+
+
+def attempts(*tried):
+    rows = [
+        {"method": method, "moduli_factor": factor, "adipose_kpa": factor, "glandular_kpa": factor}
+        | {"skin_kpa": 10 * factor, "outcome": outcome}
+        for method, factor, outcome in tried
+    ]
+    return {"stress_free_attempts": pd.DataFrame(rows)}
+
+
+def test_other_moduli_than_those_given_are_told_with_what_they_are():
+    failed = "failed: the fixed point diverges"
+    words = carried_words(
+        attempts(("anderson", 1.0, failed), ("inverse", 1.0, failed), ("inverse", 2.0, "converged"))
+    )
+    assert "**anderson found no shape" in words
+    assert "inverse did, with all moduli times 2** (fat 2, gland 2, skin 20 kPa)" in words
+    assert "0.2 to 5 kPa" in words
+    other = carried_words(attempts(("anderson", 1.0, failed), ("inverse", 1.0, "converged")))
+    assert "inverse did, with the moduli as given" in other
+    assert carried_words(attempts(("anderson", 1.0, "converged"))) == ""
+    assert carried_words(attempts(("anderson", 1.0, "missing: no shape"))) == ""
+    assert carried_words({}) == ""
+
+
+def test_the_interval_that_is_told_is_that_of_published_moduli(repository):
+    published = tabulated("published_biomechanics")
+    fat = published[published.tissue.isin(["adipose", "breast"])]
+    assert (fat.low_kpa.min(), fat.high_kpa.max()) == (0.2, 5.0)
+    config = yaml.safe_load((repository / "config/default.yaml").read_text())
+    standard = yaml.safe_load((repository / f"config/tissues/{config['tissues']}.yaml").read_text())
+    stiffest = max(config["mechanics"]["stress_free"]["moduli_factors"])
+    assert stiffest * standard["tissues"]["adipose"]["youngs_modulus_kpa"] == fat.high_kpa.max()
+    upper = yaml.safe_load((repository / "config/tissues/compression.yaml").read_text())
+    assert upper["tissues"]["adipose"]["youngs_modulus_kpa"] == fat.high_kpa.max()
 
 
 def test_where_nothing_is_missing_or_to_be_added_the_page_says_so():

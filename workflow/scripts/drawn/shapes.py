@@ -35,15 +35,23 @@ def morph(files: dict, told: dict, job: dict) -> Figure:
 
 
 def stress_free(files: dict, told: dict, job: dict) -> Figure:
-    """With the truth where a scoring rule gives it; told: the methods in the order of the shapes."""
+    """With the shape that is pressed, and the truth, where given; told: the methods of the shapes."""
     shapes = {"measured": read_mesh(files["measured"])}
     for method, path in zip(told["methods"], files["shapes"]):
         with suppress(MissingResult):  # the table of methods says why
             shapes[method.replace("_", " ")] = read_mesh(path)
+    if "used" in files:
+        shapes |= used_beside(files["used"], files["attempts"])
     if "truth" in files:
         shapes["truth"] = true_shape(files["truth"], files["motion"])
     x, _, z = read_fiducials(files["fiducials"]).point("nipple_left")
     return deformation.stress_free(shapes, x_mm=x, z_mm=z)
+
+
+def used_beside(shape: str, attempts: str) -> dict[str, TetMesh]:
+    """The shape that is pressed, named by what it took, where it is not the default method's."""
+    *before, used = read_table(attempts).itertuples()
+    return {f"{used.method}, all moduli times {used.moduli_factor:g}": read_mesh(shape)} if before else {}
 
 
 def true_shape(mesh: str, motion: str) -> TetMesh:

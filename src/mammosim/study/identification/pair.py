@@ -10,6 +10,7 @@ on the supine markers. Rows of the residual, each divided by its standard error:
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -19,8 +20,10 @@ from mammosim.core.errors import FiducialError, MeshError
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_vector
+from mammosim.imaging.certainty import deviation
 from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
+from mammosim.io.tables import read_table
 from mammosim.io.transforms import read_transform
 from mammosim.meshing.distance import NearestOnTriangles, distance_to_rim, flat_pieces, rim
 from mammosim.study.identification.settings import Errors
@@ -139,6 +142,19 @@ class Pair:
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def left_by_registration(steps: str | Path) -> dict[str, float]:
+    """shift_mm and turn_deg, standard deviations of what a registration left, by the table of its steps.
+
+    NaN where it states none, as markers do not. The limit at the worst place of the chest wall counts as a
+    shift, which is at least what the breasts are off.
+    """
+    used = read_table(steps, may_be_empty=True)
+    if "error_95_mm" not in used or not len(used := used[used.used]):
+        return {"shift_mm": float("nan"), "turn_deg": float("nan")}
+    last = used.iloc[-1]
+    return {"shift_mm": deviation(last.error_95_mm), "turn_deg": deviation(last.error_95_deg)}
 
 
 def read_pair(files: Mapping[str, str], gravity: Sequence[str]) -> Pair:

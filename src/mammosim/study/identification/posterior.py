@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.quantities import QUANTILE
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rng import generator
@@ -16,8 +17,6 @@ from mammosim.study.identification.fit import Fit
 from mammosim.study.identification.moduli import KEYS, Moduli
 from mammosim.study.identification.problem import MECHANICAL, N_MODULI, OTHERS, Problem
 
-# Standard deviations to either side of a 95 % interval.
-QUANTILE = 1.96
 # ASSUME: a modulus counts as identifiable when the data leave at most half of the prior's standard deviation.
 IDENTIFIABLE = 0.5
 UNRESOLVED = (
@@ -110,14 +109,17 @@ def _fascia_row(problem: Problem, fit: Fit, side: str, fascia_mm: float) -> Modu
 
 
 def draws(problem: Problem, fit: Fit, count: int, *, stream: tuple[str | int, ...]) -> pd.DataFrame:
-    """Bodies drawn from the posterior: a row {side}_{tissue}_kpa and poisson_ratio each, row 0 the fit."""
+    """Bodies drawn from the posterior: a row {side}_{tissue}_kpa and poisson_ratio each, row 0 the fit.
+
+    middle_mm: x of the plane between the sides, the same in each row.
+    """
     mean, spread = fit.state.theta[:MECHANICAL], covariance(problem, fit)[:MECHANICAL, :MECHANICAL]
     z = generator(*stream, "posterior").multivariate_normal(mean, spread, size=count - 1, method="eigh")
     centre, reach = (values[:MECHANICAL] for values in (problem.prior.mean, WITHIN * problem.prior.deviation))
     z = np.vstack([mean, np.clip(z, centre - reach, centre + reach)])
     nu = np.minimum(z[:, N_MODULI], LARGEST_POISSON_RATIO)
     moduli = pd.DataFrame([Moduli.of_logarithms(row[:N_MODULI]).row() for row in z])
-    return moduli.assign(poisson_ratio=nu)
+    return moduli.assign(poisson_ratio=nu, middle_mm=problem.middle_mm)
 
 
 def fit_row(volunteer: str, problem: Problem, fit: Fit) -> dict[str, str | float]:

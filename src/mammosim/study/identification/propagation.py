@@ -38,8 +38,8 @@ class Unload(Protocol):
 
 def drawn_body(mesh: TetMesh, draw: Mapping[str, float], assumed: Materials) -> Body:
     """The body of a row of posterior.draws; assumed: what the fit takes as known, see Moduli.body."""
-    nu = float(draw["poisson_ratio"])
-    return Moduli.of_draw(draw).body(mesh, assumed, middle_mm=0.0, poisson_ratio=nu)
+    nu, middle = float(draw["poisson_ratio"]), float(draw["middle_mm"])
+    return Moduli.of_draw(draw).body(mesh, assumed, middle_mm=middle, poisson_ratio=nu)
 
 
 @dataclass(frozen=True)

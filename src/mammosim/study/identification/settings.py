@@ -1,7 +1,7 @@
 """What a fit is told: what is known before, the least errors of the data, how far to iterate, the grid."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -35,6 +35,11 @@ class Prior(Settings):
         super().__post_init__()
         require_tissues("median_kpa", self.median_kpa, TISSUES)
         require_tissues("factor", self.factor, TISSUES)
+
+    def widened(self, *, shift_mm: float, turn_deg: float) -> "Prior":
+        """With no smaller standard deviations of what registration leaves; NaN where it states none."""
+        shift, turn = float(np.fmax(self.shift_mm, shift_mm)), float(np.fmax(self.turn_deg, turn_deg))
+        return replace(self, shift_mm=shift, turn_deg=turn)
 
     @property
     def mean(self) -> np.ndarray:

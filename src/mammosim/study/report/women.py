@@ -1,11 +1,12 @@
 """The two pages of one woman: what was understood of her data before a run, and what was done with them."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 import pandas as pd
 
+from mammosim.io.missing import missing_rows
 from mammosim.study.report.pages import Listing, Picture, Section
 
 # What is not planned, and why; '' where it is planned.
@@ -13,9 +14,16 @@ Plan = Sequence[tuple[str, str]]
 # What one or more things beside her data would allow.
 Gains = Iterable[tuple[Sequence[str], Sequence[str]]]
 ANSWERS: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "stress_free_attempts": (
+        "Her shape without gravity: what was tried, in its order. The last one is what is pressed.",
+        ("position", "method", "moduli_factor", "adipose_kpa", "glandular_kpa", "skin_kpa", "largest_mm"),
+    ),
     "compression": (
-        "Her breast between the plates.",
-        ("side", "strategy", "moduli", "plates_mm", "thickness_from", "force_n", "mean_pressure_kpa"),
+        "Her breast between the plates; moduli_factor: by what all moduli of the set were multiplied.",
+        (
+            *("side", "strategy", "moduli", "moduli_factor", "plates_mm", "thickness_from", "force_n"),
+            "mean_pressure_kpa",
+        ),
     ),
     "image": (
         "Exposure, dose, and how well the lesion (contrast to noise) and the calcifications (d') show.",
@@ -35,7 +43,8 @@ class Checked:
     """One position as it was understood.
 
     used: whether anything is made of it; files: kind -> path; reasons: a line each, why it cannot be used;
-    quality: imaging.quality.image_quality, empty where nothing could be read; notes: what was mended.
+    quality: imaging.quality.image_quality, empty where nothing could be read; notes: what was mended; read:
+    how the files were understood, and who says so.
     """
 
     position: str
@@ -45,6 +54,7 @@ class Checked:
     quality: Mapping[str, str | float]
     pictures: tuple[Picture, ...]
     notes: tuple[str, ...] = ()
+    read: Mapping[str, str] = field(default_factory=dict)
 
 
 def checked_sections(
@@ -80,9 +90,11 @@ def _of_position(each: Checked) -> Section:
     words = " ".join(
         [*([] if each.used else [used]), *([f"Noted: {'; '.join(each.notes)}."] if each.notes else [])]
     )
-    frame = pd.DataFrame([*each.files.items(), *_shown(each.quality)], columns=["what", "value"])
+    rows = [*each.files.items(), *each.read.items(), *_shown(each.quality)]
+    frame = pd.DataFrame(rows, columns=["what", "value"])
     caption = (
-        "What is given, and what was measured in it; margins are the distances of the body from a border."
+        "What is given, how it was read, and what was measured in it; margins are the distances of the body "
+        "from a border."
     )
     title = each.position.replace("_", " ").capitalize()
     return Section(title, words, (*each.pictures, Listing(frame, caption)))
@@ -163,7 +175,26 @@ def _answers(tables: Mapping[str, pd.DataFrame]) -> tuple[Section, ...]:
             rows = tables[name]
             shown = [c for c in (columns or rows.columns) if c in rows] + ["outcome"] * ("outcome" in rows)
             listings.append(Listing(rows[list(dict.fromkeys(shown))], caption))
-    return (Section("What was found", "", tuple(listings)),) if listings else ()
+    words = carried_words(tables)
+    return (Section("What was found", words, tuple(listings)),) if listings else ()
+
+
+def carried_words(tables: Mapping[str, pd.DataFrame]) -> str:
+    """Which method and which moduli carry her weight, where not the default with the moduli as given."""
+    rows = tables.get("stress_free_attempts", pd.DataFrame())
+    if len(rows) < 2 or missing_rows(rows).any():
+        return ""
+    first, used = rows.iloc[0], rows.iloc[-1]
+    method = f"**{first.method} found no shape of her breast without gravity; {used.method} did"
+    if used.moduli_factor == 1.0:
+        return f"{method}, with the moduli as given.**"
+    return (
+        f"{method}, with all moduli times {used.moduli_factor:g}** (fat {used.adipose_kpa:g}, gland "
+        f"{used.glandular_kpa:g}, skin {used.skin_kpa:g} kPa): the softest of those tried that carry her. "
+        "All that follows from `gravity` moduli has these. How stiff hers are is not known, and forces "
+        "grow with them: published moduli of fat go from 0.2 to 5 kPa (Mira 2018, Badano 2018). With "
+        "`compression` moduli the same shape is pressed at the upper end. A supine series would tell more."
+    )
 
 
 def _could_not(missing: pd.DataFrame) -> Section:
