@@ -163,10 +163,12 @@ if workflow.is_main_process and not workflow.dryrun and not OF_ANOTHER:
 
 onstart:
     Run.here().write(LOCKED_BY)
-    signal.signal(signal.SIGINT, PROGRESS.interrupt)
-    if (pool := getattr(workflow.scheduler._local_executor or workflow.scheduler._executor, "pool", None)) is not None:
-        # Threads that start jobs leave Ctrl-C to this one: jobs inherit that, and end when they are told.
-        pool._initializer = lambda: signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # On a cluster Snakemake's own way cancels the jobs, which are no children of this process.
+    if workflow.local_exec:
+        signal.signal(signal.SIGINT, PROGRESS.interrupt)
+        if (pool := getattr(workflow.scheduler._local_executor or workflow.scheduler._executor, "pool", None)) is not None:
+            # Threads that start jobs leave Ctrl-C to this one: jobs inherit that, and end when they are told.
+            pool._initializer = lambda: signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     PROGRESS.learn()
     PROGRESS.longest_chain_first()
     # Under a limit of jobs per second, the scheduler examines every ready job once a second for each job that has
