@@ -20,7 +20,7 @@ NO_MEMORY = "MemoryError"
 
 @dataclass(frozen=True)
 class Failure:
-    """A job that failed: rule and wildcards, its log if there is one, its memory, what a cluster says of it."""
+    """A job that failed: rule and wildcards, its log if it has one, its memory, what a cluster says of it."""
 
     job: str
     log: Path | None
