@@ -112,7 +112,7 @@ def test_breast_gland_and_muscle_of_a_real_woman_are_found_without_a_person(seri
     assert _dice(labels, regions, "glandular") > 0.75
     assert _dice(labels, regions, "muscle") > 0.74
     # Both readings of the strands, the threshold's and the hand's, agree by 0.64: lines 2 to 5 voxels wide,
-    # drawn to about a voxel. That is what a segmentation can reach by them.
+    # drawn to about a voxel. One threshold and one hand are too few to say what can be reached by them.
     drawn = _strands(series.grid.shape[1:])
     mine = {k: (labels.values[k] == Label.GLANDULAR) & seen for k, (seen, _) in drawn.items()}
     both = sum(np.count_nonzero(mine[k] & gland) for k, (_, gland) in drawn.items())

@@ -53,7 +53,7 @@ def thorax_axis(body: np.ndarray, spacing: np.ndarray) -> Axis:
 
     Raises SegmentationError where there is hardly any body, or no slice has one at the midline.
     """
-    nz, ny, nx = body.shape
+    nz, _, nx = body.shape
     dx, dy, _ = spacing
     share = body.mean(axis=(0, 1))
     columns = np.flatnonzero(share > 0.02)
@@ -74,7 +74,7 @@ def thorax_axis(body: np.ndarray, spacing: np.ndarray) -> Axis:
     front = np.interp(np.arange(nz), np.flatnonzero(there), front[there])
     front = ndimage.gaussian_filter1d(ndimage.median_filter(front, 5, mode="nearest"), 3.0, mode="nearest")
     half = (last - first) * dx / (1 if one else 2)
-    y = min(float(np.median(front)) + AXIS_SHARE * min(half, 180.0) / dy, ny - 1.0)
+    y = float(np.median(front)) + AXIS_SHARE * min(half, 180.0) / dy  # behind an image that is cut there
     return Axis(x, y, float(half), front)
 
 
@@ -188,7 +188,7 @@ class Seen:
         even = np.where(depth > SKIN_MM, np.clip(relative, *CLIPPED), 1)
         even = ndimage.gaussian_filter(even.astype(np.float32), SMOOTH_MM / rays.grid.spacing[::-1])
         along = ndimage.gaussian_filter(rays.sampled(even, 1.0), [0.7, 0.7, 0.0])
-        contrast, below = layer_contrast(along, STEP_MM), rays.sampled(depth, 0.0)
+        contrast, below = layer_contrast(along, STEP_MM), rays.sampled(depth, SKIN_MM)  # not seen outside
         seen = below > SKIN_MM
         return cls(rays, np.where(seen, contrast / np.std(contrast[seen]), 0).astype(np.float32), below)
 

@@ -122,17 +122,26 @@ def _gland(image: Image, regions: Regions, level: np.ndarray, sign: int) -> np.n
     spacing = image.grid.spacing[::-1]
     differs = sign * (_from_zero(image.values) / level - 1)
     smoothing_mm = DARK_FAT_SMOOTHING_MM if sign > 0 else STRAND_MM / 2
-    differs = ndimage.gaussian_filter(differs, smoothing_mm / spacing)
-    deep = regions.ahead & regions.breast & (regions.depth > DEEP_MM)
     before = ndimage.binary_dilation(
         regions.muscle | regions.thorax, iterations=max(round(GLAND_BEFORE_MM / spacing[1]), 1)
     )
     least = GLAND_DEPTH_MM if sign < 0 else BRIGHT_SKIN_MM
     where = regions.ahead & regions.breast & (regions.depth > least) & ~before
+    differs = _averaged(differs, where, smoothing_mm / spacing)
+    deep = where & (regions.depth > DEEP_MM)
     noise = _spread(differs[deep])
-    clear = differs[where & deep & (differs > max(LEAST_CONTRAST, SPREADS * noise))]
+    clear = differs[deep & (differs > max(LEAST_CONTRAST, SPREADS * noise))]
     half = max(float(np.median(clear)) / 2 if len(clear) else LEAST_CONTRAST, LEAST_CONTRAST / 2)
     return np.where(where, np.clip(differs / (2 * half), 0, 1), 0).astype(np.float32)
+
+
+def _averaged(values: np.ndarray, where: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Gaussian means (nz, ny, nx) over a region (bool) alone: skin and muscle beside it add nothing."""
+    total, weight = (
+        ndimage.gaussian_filter(each.astype(np.float32), sigma) for each in (where * values, where)
+    )
+    mean: np.ndarray = total / np.maximum(weight, 1e-3)
+    return mean
 
 
 def _spread(differs: np.ndarray) -> float:
