@@ -13,7 +13,8 @@ import pandas as pd
 HOME = Path(__file__).parents[1]
 COSTS = HOME / "config" / "costs.tsv"
 HEAD = "# what one job of a rule takes in the default study: processor seconds, largest memory in MB;\n"
-HEAD += "# the estimate of the time left and `snakemake plan` read them; renewed by tools/renew_costs.py\n"
+HEAD += "# read by the estimate of the time left, `snakemake plan` and what jobs ask a cluster for;\n"
+HEAD += "# point_...: a product in a campaign, without a script's start; renewed by tools/renew_costs.py\n"
 
 
 def main(folder: Path) -> None:

@@ -34,7 +34,7 @@ read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
 
 
 def home(path):
-    """A path of the study: as written where it exists, else beside the Snakefile."""
+    """A path of the study: as written where it exists, else in the folder of the checkout."""
     return path if Path(path).exists() else str(HERE / path)
 
 

@@ -73,7 +73,7 @@ rule unload:
 
 
 rule stress_free:
-    """The shape that is loaded and pressed: the default method's, else the first of others, with stiffer moduli last."""
+    """The stress-free shape that is loaded and pressed: by the default method, else by others, else with stiffer moduli."""
     input:
         unpack(reads("stress_free")),
     output:

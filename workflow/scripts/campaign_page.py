@@ -15,7 +15,7 @@ from mammosim.study.campaigns.table import answer_columns, failures, shares, sum
 from mammosim.study.report.pages import Listing, Picture, Section, report
 
 REASONS = 50  # rows on the page; the table has them all
-AGAINST = "against each setting: every point, the middle one at each value, and between which 80 % lie."
+AGAINST = "against each setting: every point, and at each value the median and the range of 80 % of them."
 LINES = "along the setting with most values; what is not shown is averaged over."
 PAIRS = "over pairs of settings, averaged over all others."
 

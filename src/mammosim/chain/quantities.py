@@ -106,14 +106,14 @@ QUANTITIES: Mapping[str, Quantity] = {
         means_with=NOISE,
         column="d_prime",
     ),
-    "d_told_percent": Quantity(
-        "d' of the calcifications as a number of images tells it",
+    "d_estimated_percent": Quantity(
+        "d' of the calcifications estimated from simulated images",
         ("mammogram",),
         _seen("calcification_d"),
         relative=True,
         noise=_d_noise,
         means_with=NOISE,
-        column="d_prime_told",
+        column="d_prime_estimated",
     ),
     "slice_cnr_percent": Quantity(
         "contrast-to-noise ratio of the lesion in its slice",

@@ -107,8 +107,8 @@ class Order:
         )
         return MechanicsError(
             f"no stress-free shape carries the weight, by {' or '.join(self.methods)} with all moduli times "
-            f"{tried}{_beyond(self.attempts)}; look whether labels and mesh are right, add larger "
-            f"moduli_factors, or give stiffer tissues. At last, {last.method}: {last.failure}"
+            f"{tried}{_beyond(self.attempts)}; check labels and mesh, add larger "
+            f"moduli_factors, or give stiffer tissues. The last attempt, {last.method}: {last.failure}"
         )
 
 

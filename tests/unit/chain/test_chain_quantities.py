@@ -31,7 +31,7 @@ VALUES = {
         "mas_percent": 70.0,
     },
     **{"agd_percent": 1.5, "scatter_to_primary": 0.5, "cnr_percent": 4.0, "d_percent": 6.0},
-    **{"d_told_percent": 5.0, "slice_cnr_percent": 2.0},
+    **{"d_estimated_percent": 5.0, "slice_cnr_percent": 2.0},
 }
 
 
@@ -43,7 +43,7 @@ def test_each_quantity_is_taken_from_its_column_of_the_products_that_it_names():
 
 
 def test_the_noise_of_an_answer_is_its_relative_standard_error():
-    assert QUANTITIES["d_told_percent"].noise(CHAIN) == pytest.approx(0.3 / 5.0)
+    assert QUANTITIES["d_estimated_percent"].noise(CHAIN) == pytest.approx(0.3 / 5.0)
     assert QUANTITIES["agd_percent"].noise(CHAIN) == 0.01
 
 
@@ -56,7 +56,7 @@ def test_changes_are_in_percent_of_the_reference_where_the_name_says_so():
 
 def test_what_is_over_noise_means_nothing_without_it():
     needing = {name for name, quantity in QUANTITIES.items() if quantity.means_with == ("quantum_noise",)}
-    assert needing == {"cnr_percent", "d_percent", "d_told_percent", "slice_cnr_percent"}
+    assert needing == {"cnr_percent", "d_percent", "d_estimated_percent", "slice_cnr_percent"}
 
 
 def test_the_nipple_moves_with_the_skin_from_the_common_frame_on(block):

@@ -67,7 +67,7 @@ def test_labels_that_are_mirrored_under_a_right_header_are_found(as_given, axes,
     labels = uneven()
     require_drawn_in(as_given(labels), tiny_image(labels))
     with pytest.raises(
-        ImageError, match=rf"^the labels are not the image's way round: .*; {words} their"
+        ImageError, match=rf"^the labels are oriented otherwise than the image: .*; {words} their"
     ) as e:
         require_drawn_in(flipped(as_given(labels), *axes), tiny_image(labels))
     assert len(str(e.value).splitlines()) == 1

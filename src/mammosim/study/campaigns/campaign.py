@@ -177,11 +177,18 @@ class Campaign:
         """
         found = False
         for point in self._all():
-            if not any(condition.holds(point.shown) for condition in self.exclude):
+            if not self._leaves_out(point):
                 found = True
                 yield point
         if not found:
-            raise ConfigurationError(f"{self.file}: exclude leaves no point; let some be")
+            raise ConfigurationError(f"{self.file}: exclude leaves no point; remove or narrow a condition")
+
+    def _leaves_out(self, point: Point) -> bool:
+        """Whether a condition holds of a point. Raises ConfigurationError, with the file."""
+        try:
+            return any(condition.holds(point.shown) for condition in self.exclude)
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{self.file}: exclude: {error}") from None
 
     def _all(self) -> Iterator[Point]:
         sample = sampled(self.design, self.spans) if self.design else [{}]

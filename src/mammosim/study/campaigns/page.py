@@ -43,8 +43,8 @@ def shares_words(campaign: Campaign, *, there: bool) -> str:
     """How shares of the variance were had, or what would give them."""
     if not there:
         return (
-            "How much of an answer each setting explains is told by a full grid without gaps, and by a "
-            "`saltelli` design."
+            "How much of the variance of an answer each setting explains can be computed of a full grid "
+            "without gaps, and of a `saltelli` design."
         )
     if campaign.design is not None and campaign.design.kind == SALTELLI:
         return (

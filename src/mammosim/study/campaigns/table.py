@@ -63,13 +63,13 @@ def _ordered(campaign: Campaign, table: pd.DataFrame) -> pd.DataFrame:
 
 
 def summary(campaign: Campaign, table: pd.DataFrame) -> pd.DataFrame:
-    """A row per answer: how many points have it, and its least, middle and greatest value."""
+    """A row per answer: how many points have it, and its least, median and greatest value."""
     return pd.DataFrame(
         {
             "quantity": name,
             "points": int(table[name].count()),
             "least": table[name].min(),
-            "middle": table[name].median(),
+            "median": table[name].median(),
             "greatest": table[name].max(),
         }
         for name in answer_columns(campaign)
