@@ -92,8 +92,8 @@ def require_drawn_in(labels: LabelMap, image: Image) -> None:
     words, best = min(fits, key=lambda fit: fit[1].d)
     if best.d <= skin.limit_mm and best.is_better(given):
         raise ImageError(
-            f"the labels are oriented otherwise than the image: as given {given}; {words} {best}; export both "
-            "again from one program, or correct the orientation of one of them"
+            f"the labels are oriented otherwise than the image: as given {given}; {words} {best}; export "
+            "both again from one program, or correct the orientation of one of them"
         )
     _require_on_skin(compared.front(lambda points, _: points), skin)
 

@@ -123,8 +123,8 @@ def _beside_display(stack: Stack) -> str:
     ]
     apart = max(shown) / min(shown)
     return (
-        f"; RescaleSlope would scale slices differently, by up to a factor of {apart:.3g}: check that all are "
-        "equally bright"
+        f"; RescaleSlope would scale slices differently, by up to a factor of {apart:.3g}: check that "
+        "all are equally bright"
         if apart > LIKE_SCALES
         else ""
     )

@@ -91,7 +91,7 @@ def test_slices_of_philips_are_on_one_scale(tmp_path: Path) -> None:
     np.testing.assert_allclose(series.image.values, VALUES, rtol=1e-6)
     assert "private scale of Philips" in series.notes[0]
     otherwise = 0.5 * 2 / (1.0 * 7)  # slope times scale of the first slice, by that of the last one
-    assert f"weigh slices up to {1 / otherwise:.3g} times otherwise" in series.notes[0]
+    assert f"by up to a factor of {1 / otherwise:.3g}: check" in series.notes[0]
 
 
 def test_philips_whose_display_is_on_the_same_scale_needs_no_look(tmp_path: Path) -> None:
