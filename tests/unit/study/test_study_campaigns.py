@@ -235,7 +235,7 @@ def test_what_points_share_is_kept_and_brings_them_into_one_batch(case, known):
         unloaded = [point.own.get("stress_free") for point in batch]
         assert len({*unloaded}) * thicknesses == len(unloaded), "none is made in two jobs"
     (given, *_) = (parameters(batch, shared) for batch in found.values())
-    assert {"stress_free"} >= {name for point in given["points"] for name in point["stored"]}
+    assert {"unloaded", "stress_free"} >= {name for point in given["points"] for name in point["stored"]}
 
 
 def test_points_that_mean_the_same_have_a_row_each_and_are_computed_once(case, known):
