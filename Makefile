@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
 
-.PHONY: study smoke robust machines peers test test-cluster test-faults lint format lock clean
+.PHONY: study smoke robust machines peers cluster test test-cluster test-faults lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -29,7 +29,7 @@ test-faults: $(VENV)/ready  ## before a release: kills, full and read-only disks
 
 SLURM := slurmctld slurmd slurm-client munge
 
-test-cluster: $(VENV)/ready  ## before a release: the tiny study through a Slurm that is started on this host (Debian, as root)
+test-cluster: cluster  ## before a release: the tiny study through a Slurm that is started on this host (Debian, as root)
 	@command -v slurmctld >/dev/null || { test "$$(id -u)" = 0 && apt-get update --quiet --quiet && \
 	    apt-get install --quiet --quiet --yes --no-install-recommends $(SLURM); } || \
 	    echo "no Slurm here: as root, apt-get install --no-install-recommends $(SLURM)"
@@ -78,11 +78,24 @@ $(PEERS)/ready: peers.lock
 	fi
 	@touch $@
 
+# Snakemake imports every plugin at each start: Slurm's, and pandas with it, only where there is a cluster.
+cluster: $(VENV)/cluster  ## what `.venv/bin/snakemake --profile workflow/profiles/slurm` needs beyond the study
+
+$(VENV)/cluster: cluster.lock $(VENV)/ready
+	@if command -v uv >/dev/null; then \
+	    uv pip install --quiet --no-deps --python $(BIN)/python --require-hashes -r cluster.lock; \
+	else \
+	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r cluster.lock; \
+	fi
+	@touch $@
+
 LOCKED := --universal --python-version 3.11 --generate-hashes --no-annotate --no-header --no-emit-index-url \
     --no-emit-find-links --upgrade --quiet
 
-lock:  ## renew environment.lock and peers.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra dev --extra workflow --extra cluster --extra crate $(LOCKED) --output-file environment.lock
+lock:  ## renew environment.lock, cluster.lock and peers.lock from pyproject.toml (needs uv)
+	uv pip compile pyproject.toml --extra dev --extra workflow --extra crate $(LOCKED) --output-file environment.lock
+	uv pip compile pyproject.toml --extra cluster $(LOCKED) --constraints environment.lock --output-file cluster.lock
+	$(PYTHON) tools/without_pins.py cluster.lock environment.lock
 	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
 
 clean:  ## forget the environment and every result

@@ -14,6 +14,10 @@ DIGITS = 1e-3  # tables carry five digits; sums and quotients of three of them h
 EMPTY = {
     ("effects", "change_added"): "no effect had to be added back",
     ("scenes", "numerical_error"): "the screening accuracy has no error budget",
+    (
+        "stress_free_attempts",
+        "largest_mm",
+    ): "the default method found every shape, and nothing else was tried",
 }
 EMPTY |= {
     ("registration", f"error_95_{unit}"): "stated where nobody wears markers, and all wear some"

@@ -54,7 +54,7 @@ def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
     kinds = {text: (m, QUIET) for text, m in MARKERS.items()}
     kinds |= {"expected outcome": ("o", BLUE), "another outcome": ("o", VERMILION)}
     marks = [Line2D([], [], ls="", marker=m, color=c, label=text) for text, (m, c) in kinds.items()]
-    ax.figure.legend(handles=marks, ncols=7, loc="outside upper center")
+    ax.figure.legend(handles=marks, ncols=4, loc="outside upper center")
 
 
 def _separate_families(ax: Axes, table: pd.DataFrame) -> None:

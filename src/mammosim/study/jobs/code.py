@@ -21,6 +21,7 @@ LOCKED = re.compile(r"^([\w.-]+)==([^\s;\\]+)", re.MULTILINE)
 INSTALLED_AS = {
     "PIL": ("pillow",),
     "SimpleITK": ("simpleitk",),
+    "arro3": ("arro3-core", "arro3-io"),
     "matplotlib": ("matplotlib", "pillow"),
     "numba": ("numba", "llvmlite"),
     "pypardiso": ("pypardiso", "mkl"),
