@@ -97,7 +97,7 @@ def require_as_undisturbed(study: Study, undisturbed: Undisturbed) -> None:
 def begin(study: Study) -> subprocess.Popen[str]:
     """A run in a session of its own, as a terminal begins it; both streams as text in stdout."""
     command = [
-        *(sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "Snakefile")),
+        *(sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "workflow/Snakefile")),
         *("--directory", str(study.run), "--configfile", str(study.home / "config/smoke.yaml")),
         *("--cores", "2", "--workflow-profile", "none", "--rerun-incomplete", "--keep-going", *TARGETS),
     ]

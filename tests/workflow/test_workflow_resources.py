@@ -6,6 +6,13 @@ import pytest
 import yaml
 
 SPECTRUM = "results/xray/spectrum.csv"
+CAMPAIGN = """
+title: How hard does a flexible paddle press?
+vary:
+  load.paddle: {named: {bent: {flexible: {youngs_modulus_mpa: 2400.0, thickness_mm: 2.5}}}}
+  load.tissues.glandular.youngs_modulus_kpa: {from: 0.5, to: 8, number: 20}
+asked: [force_n]
+"""
 PROFILES = ("default", "local", "slurm")
 
 
@@ -29,6 +36,15 @@ def test_every_job_of_a_cluster_asks_for_memory_with_its_starts_and_for_time(stu
     assert [name for name in rules if int(there[name]["mem_mb"]) < 600] == []
     assert [name for name in rules if int(there[name]["runtime"]) < 10] == []
     assert not any("runtime" in each for each in here.values()), "one machine needs none"
+
+
+def test_a_batch_of_a_campaign_asks_for_the_time_of_its_points(study):
+    (study.home / "config/campaigns/long.yaml").write_text(CAMPAIGN)
+    with (study.home / "config/costs.tsv").open() as file:
+        costs = dict(line.split("\t")[:2] for line in file if line.startswith("point_"))
+    there = asked(study, "--jobs", "9", "campaign_long")
+    seconds = 20 * float(costs["point_pressed_flexible"])
+    assert int(there["campaign_batch"]["runtime"]) > 3 * seconds / 60
 
 
 def test_what_the_user_says_of_a_rule_wins(study):

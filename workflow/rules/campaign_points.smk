@@ -117,6 +117,15 @@ def campaign_batch_code(wildcards):
     return {product: library("campaign_batch.py", product) for product in sorted({product for product, _ in shared})}
 
 
+def campaign_batch_seconds(wildcards):
+    """Processor seconds of a batch at the study's accuracy, with none of its points finished."""
+    points = campaign_batch(wildcards)
+    strategy = campaign_plan(wildcards.campaign)["cases"][0].chain.settings["load"].get("strategy", {})
+    made = campaign_prediction.counts(points, strategy, ())
+    known = {name: float(each["seconds"]) for name, each in COSTS.items()}
+    return campaign_prediction.expected(made, known, pace=1.0, points=len(points), batches=1)
+
+
 def campaign_cost(name):
     """What a prediction of its time is made of: what is to be made how often, and with which settings."""
     campaign, found = campaign_of(name), campaign_plan(name)

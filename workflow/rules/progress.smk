@@ -20,6 +20,8 @@ REPEATED = ("Complete log(s):", "Elapsed time:", "WorkflowError:\nAt least one j
 # What is left out when a person has ended a run.
 ENDING_WORDS = ("Will exit after", "Shutting down,")
 SILENT = (LogEvent.JOB_ERROR, LogEvent.ERROR, LogEvent.GROUP_ERROR)
+# What only looks, which Snakemake lets go on beside a run.
+LOOKING = ("--summary", "-S", "--detailed-summary", "-D", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--lint")
 # Whose run it is that has locked the folder.
 LOCKED_BY = Path(".snakemake/mammosim_run")
 
@@ -157,7 +159,9 @@ class Progress(logging.Handler):
 if workflow.is_main_process and not workflow.dryrun and not OF_ANOTHER:
     PROGRESS = Progress({name: float(row["seconds"]) for name, row in COSTS.items()}, AT_A_TIME)
     logger.addHandler(PROGRESS)
-    if not {"--unlock", "--nolock"} & set(sys.argv) and any(Path(".snakemake/locks").glob("*")):
+    # Which executor it has, the workflow learns when all rules are read: it takes itself for no dry run until then.
+    may_begin = workflow.output_settings.dryrun or {"--unlock", "--nolock", *LOOKING} & set(sys.argv)
+    if not may_begin and any(Path(".snakemake/locks").glob("*")):
         raise WorkflowError(locked(Run.read(LOCKED_BY), Path().absolute()))
 
 

@@ -1,5 +1,7 @@
 # What jobs ask of a cluster. A rule's own mem_mb is what its script takes on one machine; a job of a cluster takes
 # what the rule was measured to take, with room, the two starts of Snakemake in it, and twice as much with each attempt.
+from dataclasses import replace
+
 from snakemake.resources import Resources
 
 from mammosim.study.jobs.requests import requests
@@ -18,18 +20,23 @@ def of_this_study(rules):
     return {measured.get(each.name, each.name): each for each in own}
 
 
-def asked(request):
-    """The resources of a rule as functions of the attempt."""
+# Rules whose jobs are as long as their wildcards say, and seconds of one.
+BY_WILDCARDS = {"campaign_batch": campaign_batch_seconds}
+
+
+def asked(request, seconds):
+    """The resources of a rule as functions of the attempt; seconds: of wildcards, None where it was measured."""
+    length = (lambda wildcards: request.seconds) if seconds is None else seconds
     return {
         "mem_mb": lambda wildcards, attempt: request.mem_mb(attempt),
-        "runtime": lambda wildcards, attempt: request.runtime(attempt),
+        "runtime": lambda wildcards, attempt: replace(request, seconds=length(wildcards)).runtime(attempt),
     }
 
 
-def ask(each, request):
+def ask(each, request, seconds):
     """Let a rule ask for so much, but for what `--set-resources` or its profile says of it."""
     chosen = workflow.resource_settings.overwrite_resources.get(each.name, {})
-    values = {name: value for name, value in asked(request).items() if name not in chosen}
+    values = {name: value for name, value in asked(request, seconds).items() if name not in chosen}
     each.resources.update(Resources.from_mapping(values))
 
 
@@ -43,7 +50,7 @@ def ask_a_cluster():
     asking = of_this_study(workflow.rules)
     stated = {name: stated_mb(each) for name, each in asking.items()}
     for name, request in requests(stated, COSTS).items():
-        ask(asking[name], request)
+        ask(asking[name], request, BY_WILDCARDS.get(name))
         if run_here(asking[name], request):
             workflow.localrules(asking[name].name)
 

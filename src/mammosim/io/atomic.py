@@ -16,12 +16,13 @@ IDLE_S = 3600.0
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def replacing(path: str | Path, *, keep: bool = False) -> Iterator[Path]:
     """Yield a temporary path beside `path`, with the same suffixes; rename it to `path` on success.
 
     Write a file or make a folder there. When the block raises, what was written is removed and an
     earlier `path` stays as it was. What was written is on the disk before it has its name: where that has no
-    room, OSError names `path`. What a killed job left of the same `path` is removed.
+    room, OSError names `path`. What a killed job left of the same `path` is removed. keep: of a folder that
+    several write at once the first one stays, since it may be being read by now.
     """
     path = Path(path)
     _remove_abandoned(path)
@@ -30,15 +31,24 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         yield temporary
         _flush(temporary)
-        if path.is_dir():
+        if path.is_dir() and not keep:
             shutil.rmtree(path)
-        temporary.replace(path)
+        _place(temporary, path, keep=keep)
     except OSError as error:
         if error.filename in (None, str(temporary)) and error.errno is not None:
             raise OSError(error.errno, f"{error.strerror}; nothing was written", str(path)) from error
         raise
     finally:
         _remove(temporary)
+
+
+def _place(temporary: Path, path: Path, *, keep: bool) -> None:
+    try:
+        temporary.replace(path)
+    except OSError:
+        # No folder takes the place of one that holds anything.
+        if not (keep and path.is_dir()):
+            raise
 
 
 def machine() -> str:

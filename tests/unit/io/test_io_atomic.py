@@ -140,3 +140,15 @@ def test_of_another_machine_only_what_nobody_touched_for_an_hour_is_removed(tmp_
     os.utime(tmp_path / name, (old, old))
     WRITERS["a.vtu"](path)
     assert not (tmp_path / name).exists()
+
+
+def test_of_a_folder_that_two_write_at_once_the_first_one_stays(tmp_path):
+    def written(text, meanwhile=lambda: None):
+        with replacing(tmp_path / "shared", keep=True) as temporary:
+            temporary.mkdir()
+            (temporary / "a.txt").write_text(text)
+            meanwhile()
+
+    written("second", meanwhile=lambda: written("first"))
+    assert (tmp_path / "shared/a.txt").read_text() == "first"
+    assert list(tmp_path.iterdir()) == [tmp_path / "shared"]

@@ -1,13 +1,14 @@
 """A batch of points: what is finished stays, what is shared is made once, and failures stop nobody."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from small_breast import small_chain
 
-from mammosim.chain import quantities
+from mammosim.chain import meshed, quantities
 from mammosim.core.errors import EquilibriumError, MeshError
 from mammosim.study.campaigns import batch as batches
 from mammosim.study.campaigns.batch import Batch, Item
@@ -100,6 +101,32 @@ def test_finished_points_are_not_computed_again_and_damaged_ones_are(chain, aske
     (again,) = batch(chain, tmp_path).rows(items(2))
     assert asked == [2]
     assert again["answers"] == first[1]["answers"]
+
+
+def test_what_two_batches_make_at_once_is_of_the_first_and_stays_while_it_is_read(
+    chain, asked, tmp_path, monkeypatch
+):
+    save, said = meshed.save_mesh, []
+
+    def after_another(mesh, files, job):
+        save(mesh, files, job)
+        if not said:
+            folder = Path(files["mesh"]).parent
+            there = folder.with_name(folder.name.split(".unfinished-")[0].removeprefix("."))
+            shutil.copytree(folder, there)
+            said.append((there, there.stat().st_ino))
+
+    monkeypatch.setattr(meshed, "save_mesh", after_another)
+    (row,) = batch(chain, tmp_path).rows(items(4, size=14.0))
+    ((there, number),) = said
+    assert row["outcome"] == "converged"
+    assert there.stat().st_ino == number, "it was not taken away from its reader"
+    assert list(there.parent.iterdir()) == [there]
+    damaged = there / "mesh.vtu"
+    damaged.unlink()
+    (again,) = batch(chain, tmp_path).rows(items(6, size=14.0))
+    assert damaged.exists()
+    assert again["outcome"] == "converged"
 
 
 def test_a_killed_batch_has_lost_one_point(chain, asked, tmp_path):

@@ -5,6 +5,7 @@ Each is written when it is done, so that no more than one is ever lost, and none
 
 import hashlib
 import logging
+import shutil
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -137,7 +138,7 @@ class Batch:
         took: dict[str, float] = {}
         for name, digest in item.stored.items():
             files = self._files(name, digest, inputs)
-            if not all(Path(path).exists() for path in files.values()):
+            if not are_there(files):
                 if chain.make(name).failure is not None:
                     continue  # its point says why
                 took[name] = self._save(chain, name, files)
@@ -154,13 +155,21 @@ class Batch:
     def _save(self, chain: Chain, name: str, files: Mapping[str, str]) -> float:
         folder = Path(next(iter(files.values()))).parent
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(folder) as temporary:
+        if folder.is_dir() and not are_there(files):
+            shutil.rmtree(folder)
+        # Another batch may have made it meanwhile, and be reading it.
+        with replacing(folder, keep=True) as temporary:
             temporary.mkdir()
             paths = {file: str(temporary / Path(path).name) for file, path in files.items()}
             STAGES[name].save(chain[name], paths, {"side": chain.subject.side})
         seconds = chain.made.pop(chain.key(name)).seconds
         log.info("%s is shared and kept: %.1f s", name, seconds)
         return seconds
+
+
+def are_there(files: Mapping[str, str]) -> bool:
+    """Whether all of these files are there."""
+    return all(Path(path).exists() for path in files.values())
 
 
 def _answers(
