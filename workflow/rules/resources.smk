@@ -25,7 +25,7 @@ BY_WILDCARDS = {"campaign_batch": campaign_batch_seconds}
 
 
 def asked(request, seconds):
-    """The resources of a rule as functions of the attempt; seconds: of wildcards, None where it was measured."""
+    """Resources as functions of the attempt. seconds (wildcards): how long a job is, None where it was measured."""
     length = (lambda wildcards: request.seconds) if seconds is None else seconds
     return {
         "mem_mb": lambda wildcards, attempt: request.mem_mb(attempt),
