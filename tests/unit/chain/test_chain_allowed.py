@@ -91,7 +91,9 @@ def test_two_positions_of_labels_alone_are_not_fitted_and_the_reason_says_how_un
     labelled = replace(ADA, given=dict.fromkeys(("prone", "supine"), frozenset({"labels"})))
     given = found(labelled)
     assert given["registration"] == given["fit"]
-    assert given["fit"].startswith("no images are given for ada; the rib cage of labels alone does not register")
+    assert given["fit"].startswith(
+        "no images are given for ada; the rib cage of labels alone does not register"
+    )
     assert (given["mammogram"], labelled.used) == ("", ("prone",))
 
 
