@@ -100,7 +100,9 @@ def finished_once(repository: Path, folder: Path) -> str:
     with locked(folder / "lock"):
         if not said.exists():
             shutil.rmtree(folder / "study", ignore_errors=True)  # of a process that died
-            result = copy_of_the_study(repository, folder / "study").snakemake("study", *BESIDE)
+            (folder / "study").mkdir()
+            # The repository's own sources: kernels that this run or a test has compiled serve both.
+            result = Study(repository, folder / "study").snakemake("study", *BESIDE)
             said.write_text(result.stdout[-6000:] or "failed" if result.returncode else "")
     return said.read_text()
 
@@ -113,9 +115,9 @@ def finished(repository, tmp_path_factory) -> Study:
     shared.mkdir(exist_ok=True)
     failure = finished_once(repository, shared)
     assert not failure, failure
-    own = tmp_path_factory.mktemp("finished")
-    shutil.copytree(shared / "study", own, symlinks=True, dirs_exist_ok=True)
+    own = copy_of_the_study(repository, tmp_path_factory.mktemp("finished"))
+    shutil.copytree(shared / "study", own.run, symlinks=True, dirs_exist_ok=True)
     for target in BESIDE:
-        numbers = own / f"run/results/study/{target}.json"
+        numbers = own.run / f"results/study/{target}.json"
         numbers.rename(numbers.with_suffix(".aside"))
-    return Study(own / "home", own / "run")
+    return own

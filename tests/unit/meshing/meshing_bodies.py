@@ -58,11 +58,11 @@ def digests(mesh: TetMesh) -> dict[str, str]:
     return {name: hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for name, a in arrays.items()}
 
 
-def _last_bits() -> str:
+def last_bits() -> str:
     """Digest of a product of matrices, whose last bits show which kernels this process computes with."""
     A = np.random.default_rng(1).normal(size=(64, 64))
     return hashlib.sha256((A @ A).tobytes()).hexdigest()
 
 
 if __name__ == "__main__":
-    print(json.dumps({"last_bits": _last_bits(), "mesh": digests(meshed(breasts_on_a_slab()))}))  # noqa: T201
+    print(json.dumps({"last_bits": last_bits(), "mesh": digests(meshed(breasts_on_a_slab()))}))  # noqa: T201
