@@ -1,7 +1,13 @@
 """Campaigns on the tiny configuration: a table, a page, only what is added is computed, faults come first."""
 
+import json
+import re
+import shutil
+from dataclasses import replace
+
 import pandas as pd
 import pytest
+from whole_study import PARTS
 
 pytestmark = pytest.mark.workflow
 CAMPAIGN = """
@@ -84,3 +90,107 @@ def test_a_campaign_that_cannot_be_meant_is_refused_before_any_job(study, change
     assert result.returncode != 0
     (line,) = [line for line in result.stdout.splitlines() if words in line]
     assert "mine.yaml" in line
+
+
+# Scripts write a word, and a batch its rows; while `broken` is there, the program fails in the point of 2 kPa.
+WORD = """from pathlib import Path
+
+for path in map(Path, snakemake.output):
+    path.write_text("made") if path.suffix else path.mkdir(exist_ok=True)
+"""
+BATCH = """from pathlib import Path
+
+import _log
+
+from mammosim.io.tables import write_json
+from mammosim.study.campaigns.answers import faulty, row_of
+
+KEY = "load.tissues.glandular.youngs_modulus_kpa"
+given, rows = snakemake.params.batch, []
+for point in given["points"]:
+    bad = Path("broken").exists() and point["shown"][KEY] == 2
+    row = faulty(ZeroDivisionError("a mistake")) if bad else row_of({"force_n": point["shown"][KEY]})
+    whose = {"volunteer": given["volunteer"], "side": given["side"], "point": point["name"]}
+    rows.append(whose | {"shown": point["shown"]} | row)
+write_json(rows, snakemake.output[0])
+"""
+QUICK = """
+title: How does force depend on the gland?
+vary: {load.tissues.glandular.youngs_modulus_kpa: [1, 2, 3]}
+asked: [force_n]
+"""
+
+
+@pytest.fixture(scope="module")
+def quick(study, tmp_path_factory):
+    """The study with scripts that compute nothing."""
+    there = tmp_path_factory.mktemp("quick")
+    made = replace(study, home=there / "home", run=there / "run")
+    for part in PARTS:
+        copy = shutil.copytree if (study.home / part).is_dir() else shutil.copy2
+        made.home.mkdir(exist_ok=True)
+        copy(study.home / part, made.home / part)
+    made.run.mkdir()
+    for script in (made.home / "workflow/scripts").glob("[!_]*.py"):
+        if not script.name.startswith("campaign_"):
+            script.write_text(WORD)
+    (made.home / "workflow/scripts/campaign_batch.py").write_text(BATCH)
+    write(made, QUICK)
+    return made
+
+
+def test_a_fault_of_the_program_leaves_the_table_and_fails_the_run_until_it_is_mended(quick):
+    broken = quick.run / "broken"
+    broken.touch()
+    result = quick.snakemake("campaign_mine")
+    assert result.returncode != 0
+    assert (quick.run / "results/campaigns/mine.csv").exists(), result.stdout
+    table = pd.read_csv(quick.run / "results/campaigns/mine.csv", dtype={"point": str}).set_index(
+        "load.tissues.glandular.youngs_modulus_kpa"
+    )
+    assert table.outcome.tolist() == ["converged", "failed", "converged"]
+    assert table.reason[2] == "fault of the program: ZeroDivisionError: a mistake"
+    assert table.force_n.dropna().tolist() == [1, 3]
+    assert (quick.run / "results/campaigns/mine.html").exists()
+    last = result.stdout[-3000:]
+    assert f"point {table.point[2]}" in last
+    assert "ZeroDivisionError: a mistake" in last
+    assert "Traceback" not in result.stdout
+    # The same command tries it again, and does nothing more when it is mended.
+    assert quick.snakemake("campaign_mine").returncode != 0
+    broken.unlink()
+    assert quick.snakemake("campaign_mine").returncode == 0
+    assert pd.read_csv(quick.run / "results/campaigns/mine.csv").outcome.eq("converged").all()
+    assert "Nothing to be done" in quick.snakemake("campaign_mine").stdout
+
+
+def test_a_job_reads_what_its_run_has_planned_and_plans_nothing(quick):
+    (quick.run / "broken").unlink(missing_ok=True)
+    assert quick.snakemake("--force", "campaign_mine", "--forcerun", "campaigns_batch").returncode == 0
+    (kept,) = (quick.run / ".snakemake/mammosim_campaigns/mine").iterdir()
+    given = json.loads(kept.read_text())
+    assert len(given["batch"]["points"]) == 3
+    job = ("--mode", "remote", "--allowed-rules", "campaigns_batch", "--dry-run", "--force", "--")
+    job = (*job, f"results/campaigns/mine/{kept.name}")
+    try:
+        # A file that means nothing by now: the plan of the whole campaign would be refused.
+        write(quick, "title: none\n")
+        result = quick.snakemake(*job)
+        assert result.returncode == 0, result.stdout[-2000:]
+        assert all(path in result.stdout for path in given["inputs"])
+        kept.unlink()
+        assert "mine.yaml" in quick.snakemake(*job).stdout
+    finally:
+        write(quick, QUICK)
+
+
+def test_campaigns_may_have_any_name(quick):
+    """Also that of a rule or of a folder; what a system leaves beside a file is none."""
+    names, campaigns = ["batch", "table", "page", "points", "my-own", "mesh"], quick.home / "config/campaigns"
+    for name in names:
+        (campaigns / f"{name}.yaml").write_text(QUICK)
+        (campaigns / f"._{name}.yaml").write_bytes(b"\x00\x05\x16\x07")
+    result = quick.snakemake("--dry-run", *(f"campaign_{name}" for name in names))
+    assert result.returncode == 0, result.stdout[-2000:]
+    assert all(f"results/campaigns/{name}.csv" in result.stdout for name in names)
+    assert re.search(rf"^campaigns_batch +{len(names)}$", result.stdout, re.M)

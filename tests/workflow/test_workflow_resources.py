@@ -44,7 +44,7 @@ def test_a_batch_of_a_campaign_asks_for_the_time_of_its_points(study):
         costs = dict(line.split("\t")[:2] for line in file if line.startswith("point_"))
     there = asked(study, "--jobs", "9", "campaign_long")
     seconds = 20 * float(costs["point_pressed_flexible"])
-    assert int(there["campaign_batch"]["runtime"]) > 3 * seconds / 60
+    assert int(there["campaigns_batch"]["runtime"]) > 3 * seconds / 60
 
 
 def test_what_the_user_says_of_a_rule_wins(study):

@@ -1,4 +1,7 @@
 # Functions of the campaigns: their files, the breasts and settings that they begin with, and their points.
+import json
+import shutil
+
 from mammosim.study.campaigns import grouping as campaign_grouping
 from mammosim.study.campaigns import points as campaign_points
 from mammosim.study.campaigns import prediction as campaign_prediction
@@ -8,6 +11,8 @@ from mammosim.study.campaigns.points import Case
 from mammosim.study.campaigns.settings import Known
 
 CAMPAIGNS = stems("config/campaigns")
+# What the run that is at work has planned, for its jobs: to plan all of thousands of points takes each of them seconds.
+KEPT_JOBS = Path(".snakemake/mammosim_campaigns")
 
 
 @cache
@@ -84,42 +89,54 @@ def campaign_plan(name):
     return {"points": found, "batches": batches, "shared": shared, "cases": cases}
 
 
-def campaign_batch(wildcards):
+def campaign_points_of(name, batch):
     """The points of one batch. Raises WorkflowError where the campaign has no such batch."""
-    batches = campaign_plan(wildcards.campaign)["batches"]
-    if wildcards.batch not in batches:
-        raise WorkflowError(f"campaign {wildcards.campaign} has no batch {wildcards.batch}; ask for its table")
-    return batches[wildcards.batch]
+    batches = campaign_plan(name)["batches"]
+    if batch not in batches:
+        raise WorkflowError(f"campaign {name} has no batch {batch}; ask for its table")
+    return batches[batch]
 
 
-def campaign_batch_given(wildcards):
-    """Subject, settings and effects of the chain that the points of a batch vary."""
-    first = campaign_batch(wildcards)[0]
-    cases = campaign_plan(wildcards.campaign)["cases"]
-    (case,) = [each for each in cases if (each.volunteer, each.side) == (first.volunteer, first.side)]
-    breast = {"v": first.volunteer, "side": first.side}
+@cache
+def campaign_job(name, batch):
+    """What the job of a batch reads and is given, in plain values; in a job of its own, as its run has planned it."""
+    kept = KEPT_JOBS / name / f"{batch}.json"
+    if not workflow.is_main_process and not OF_ANOTHER and kept.exists():
+        return json.loads(kept.read_text(encoding="utf-8"))
+    points, plan = campaign_points_of(name, batch), campaign_plan(name)
+    products = sorted({product for product, _ in plan["shared"]})
     return {
-        "subject": subject_of(breast),
-        "settings": pruned(case.chain.settings, read_by(STAGES, campaign_of(wildcards.campaign).read)),
+        "inputs": campaign_grouping.inputs(points),
+        "given": campaign_chain(name, points[0].volunteer, points[0].side),
+        "batch": campaign_grouping.parameters(points, plan["shared"]),
+        "read": campaign_of(name).read,
+        "code": {product: library("campaign_batch.py", product) for product in products},
+    }
+
+
+def campaign_chain(name, volunteer, side):
+    """Subject, settings and effects of the chain that the points of a breast vary."""
+    cases = campaign_plan(name)["cases"]
+    (case,) = [each for each in cases if (each.volunteer, each.side) == (volunteer, side)]
+    return {
+        "subject": subject_of({"v": volunteer, "side": side}),
+        "settings": pruned(case.chain.settings, read_by(STAGES, campaign_of(name).read)),
         "effects": sorted(case.chain.effects),
     }
 
 
-def campaign_batch_points(wildcards):
-    """The points of a batch as its job is given them."""
-    shared = campaign_plan(wildcards.campaign)["shared"]
-    return campaign_grouping.parameters(campaign_batch(wildcards), shared)
-
-
-def campaign_batch_code(wildcards):
-    """What the products that points share depend on, by product."""
-    shared = campaign_plan(wildcards.campaign)["shared"]
-    return {product: library("campaign_batch.py", product) for product in sorted({product for product, _ in shared})}
+def keep_campaign_jobs():
+    """Leave to the jobs of this run what they read and are given."""
+    shutil.rmtree(KEPT_JOBS, ignore_errors=True)
+    for job in [job for job in workflow.dag.needrun_jobs() if job.rule.name == "campaigns_batch"]:
+        file = KEPT_JOBS / job.wildcards.campaign / f"{job.wildcards.batch}.json"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(campaign_job(*job.wildcards)), encoding="utf-8")
 
 
 def campaign_batch_seconds(wildcards):
     """Processor seconds of a batch at the study's accuracy, with none of its points finished."""
-    points = campaign_batch(wildcards)
+    points = campaign_points_of(*wildcards)
     strategy = campaign_plan(wildcards.campaign)["cases"][0].chain.settings["load"].get("strategy", {})
     made = campaign_prediction.counts(points, strategy, ())
     known = {name: float(each["seconds"]) for name, each in COSTS.items()}

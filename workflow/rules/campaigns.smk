@@ -1,34 +1,35 @@
 # Campaigns: one table of what is asked, over any settings with any values; `snakemake campaign_{name}`.
+# No name of a rule here begins with `campaign_`, so that a campaign may have any name.
 
 
 wildcard_constraints:
-    campaign="|".join(CAMPAIGNS) or "(?!)",
+    campaign="|".join(map(re.escape, CAMPAIGNS)) or "(?!)",
     batch="[a-z0-9_]+",
 
 
-rule campaign_batch:
+rule campaigns_batch:
     """Some points of a campaign, one after another: each is kept by itself, and none is computed twice."""
     input:
-        lambda wildcards: campaign_grouping.inputs(campaign_batch(wildcards)),
+        lambda wildcards: campaign_job(*wildcards)["inputs"],
     output:
         "results/campaigns/{campaign}/{batch}.json",
     params:
-        given=campaign_batch_given,
-        batch=campaign_batch_points,
-        read=lambda wildcards: campaign_of(wildcards.campaign).read,
-        code=campaign_batch_code,
+        given=lambda wildcards: campaign_job(*wildcards)["given"],
+        batch=lambda wildcards: campaign_job(*wildcards)["batch"],
+        read=lambda wildcards: campaign_job(*wildcards)["read"],
+        code=lambda wildcards: campaign_job(*wildcards)["code"],
         library=library("campaign_batch.py", *STAGES),
     log:
-        "results/logs/campaign_batch/{campaign}_{batch}.log",
+        "results/logs/campaigns_batch/{campaign}_{batch}.log",
     benchmark:
-        "results/benchmarks/campaign_batch/{campaign}_{batch}.tsv"
+        "results/benchmarks/campaigns_batch/{campaign}_{batch}.tsv"
     resources:
         mem_mb=4000,
     script:
         "../scripts/campaign_batch.py"
 
 
-rule campaign_table:
+rule campaigns_table:
     """All points of a campaign in one table: what varies, each answer with its error, outcome, reason and seconds."""
     input:
         batches=lambda wildcards: campaign_batches(wildcards.campaign),
@@ -39,36 +40,57 @@ rule campaign_table:
         given=lambda wildcards: campaign_given(wildcards.campaign),
         library=library("campaign_table.py"),
     log:
-        "results/logs/campaign_table/{campaign}.log",
+        "results/logs/campaigns_table/{campaign}.log",
     benchmark:
-        "results/benchmarks/campaign_table/{campaign}.tsv"
+        "results/benchmarks/campaigns_table/{campaign}.tsv"
     resources:
         mem_mb=1000,
     script:
         "../scripts/campaign_table.py"
 
 
+rule campaigns_page:
+    """The figures of a campaign, what explains each answer, and which points have none, on one page."""
+    input:
+        table="results/campaigns/{campaign}.csv",
+    output:
+        "results/campaigns/{campaign}.html",
+    params:
+        given=lambda wildcards: campaign_given(wildcards.campaign),
+        library=library("campaign_page.py"),
+    log:
+        "results/logs/campaigns_page/{campaign}.log",
+    benchmark:
+        "results/benchmarks/campaigns_page/{campaign}.tsv"
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/campaign_page.py"
+
+
 for campaign in CAMPAIGNS:
     campaign_target = f"campaign_{campaign}"
 
     rule:
-        """A campaign of config/campaigns, on demand: its table, and a page with its figures."""
+        """A campaign of config/campaigns, on demand: table and page; fails where the program itself did in a point."""
         name:
             campaign_target
         input:
             table=f"results/campaigns/{campaign}.csv",
             parquet=f"results/campaigns/{campaign}.parquet",
+            page=f"results/campaigns/{campaign}.html",
+            batches=lambda wildcards, campaign=campaign: campaign_batches(campaign),
         output:
-            f"results/campaigns/{campaign}.html",
+            f"results/campaigns/{campaign}/complete.txt",
         params:
-            given=lambda wildcards, campaign=campaign: campaign_given(campaign),
-            campaign=campaign,
-            library=library("campaign_page.py"),
+            library=library("campaign_end.py"),
         log:
             f"results/logs/campaign_{campaign}/all.log",
         benchmark:
             f"results/benchmarks/campaign_{campaign}/all.tsv"
+        localrule: True
+        retries: 0  # the same command tries the points again
         resources:
             mem_mb=1000,
         script:
-            "../scripts/campaign_page.py"
+            "../scripts/campaign_end.py"

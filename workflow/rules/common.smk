@@ -128,7 +128,7 @@ def file_of(setting):
 
 def stems(folder):
     """Names of the YAML files in a folder of the study, and of the folder where it runs."""
-    return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("*.yaml")})
+    return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("[!.]*.yaml")})
 
 
 # A workflow of which this one is a module gives what is to be otherwise than in the published study.

@@ -11,7 +11,7 @@ from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from mammosim.study.jobs.cluster_words import cluster_reason
-from mammosim.study.jobs.last_words import Failure, Run, interrupted, last_words, locked, missing_in_brief
+from mammosim.study.jobs.last_words import LOCKED_BY, Failure, Run, interrupted, last_words, locked, missing_in_brief
 from mammosim.study.jobs.time_left import TimeLeft, chains, seconds_before, stranded, time_words
 
 # What Snakemake says behind the last words, which say it, too.
@@ -22,9 +22,6 @@ ENDING_WORDS = ("Will exit after", "Shutting down,")
 SILENT = (LogEvent.JOB_ERROR, LogEvent.ERROR, LogEvent.GROUP_ERROR)
 # What only looks, which Snakemake lets go on beside a run.
 LOOKING = ("--summary", "-S", "--detailed-summary", "-D", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--lint")
-# Whose run it is that has locked the folder.
-LOCKED_BY = Path(".snakemake/mammosim_run")
-
 # An input that is rejected ends the run at once: it is to be mended before anything long runs.
 ENDING_RULES = ("check_input",)
 ENDING_PRIORITY = 10**9  # no chain of jobs lasts so many seconds
@@ -167,6 +164,7 @@ if workflow.is_main_process and not workflow.dryrun and not OF_ANOTHER:
 
 onstart:
     Run.here().write(LOCKED_BY)
+    keep_campaign_jobs()
     # On a cluster Snakemake's own way cancels the jobs, which are no children of this process.
     if workflow.local_exec:
         signal.signal(signal.SIGINT, PROGRESS.interrupt)

@@ -21,7 +21,7 @@ def of_this_study(rules):
 
 
 # Rules whose jobs are as long as their wildcards say, and seconds of one.
-BY_WILDCARDS = {"campaign_batch": campaign_batch_seconds}
+BY_WILDCARDS = {"campaigns_batch": campaign_batch_seconds}
 
 
 def asked(request, seconds):

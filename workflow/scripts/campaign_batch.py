@@ -9,6 +9,8 @@ from mammosim.chain.files import chain_of
 from mammosim.core.progress import progress
 from mammosim.io.tables import write_json
 from mammosim.study.campaigns.batch import Batch, items
+from mammosim.study.campaigns.failures import Failures
+from mammosim.study.jobs.last_words import LOCKED_BY, Run
 
 POINTS, PRODUCTS = Path("results/campaigns/points"), Path("results/campaigns/products")
 
@@ -16,7 +18,14 @@ POINTS, PRODUCTS = Path("results/campaigns/points"), Path("results/campaigns/pro
 def main(settings: dict, out: str) -> None:
     given = settings["batch"]
     points = items(given["points"], given["kept"])
-    batch = Batch(chain_of(settings["given"], {}), settings["read"], POINTS, PRODUCTS, settings["code"])
+    batch = Batch(
+        chain_of(settings["given"], {}),
+        settings["read"],
+        POINTS,
+        PRODUCTS,
+        settings["code"],
+        Failures(Run.began(LOCKED_BY)),
+    )
     whose = {name: given[name] for name in ("volunteer", "side")}
     rows = [{**whose, **row} for row in progress(batch.rows(points), label="points", total=len(points))]
     write_json(rows, out)

@@ -79,6 +79,6 @@ def failed(table: pd.DataFrame) -> Section:
 
 if __name__ == "__main__":
     _log.to(snakemake.log[0], threads=snakemake.threads)
-    name = snakemake.params.campaign
+    name = snakemake.wildcards.campaign
     campaign = Campaign.of(name, snakemake.params.given, file=f"config/campaigns/{name}.yaml")
     main(snakemake.input.table, campaign, snakemake.output[0])

@@ -3,6 +3,7 @@
 from mammosim.chain.graph import Inputs
 
 STANDARD = {"thickness_share": 1.0}  # where the standard strategy stops, whose paddle is rigid
+UNDER_GRAVITY = "gravity"  # the set of moduli by which a breast carries its weight
 RELATIVE = {"force_share", "pressure_kpa"}  # criteria that are known only by the standard's load path
 
 
@@ -56,6 +57,11 @@ def uses_standard(inputs: Inputs) -> bool:
     strategy = inputs.setting("load.strategy")
     itself = strategy["until"] == STANDARD and not strategy.get("paddle")
     return itself or bool(RELATIVE & set(strategy["until"])) or not inputs.has("friction")
+
+
+def is_under_gravity(inputs: Inputs) -> bool:
+    """Whether what is pressed has the moduli that carry the weight, and no other set."""
+    return bool(inputs.setting("load.moduli") == UNDER_GRAVITY)
 
 
 def is_scattered(inputs: Inputs) -> bool:

@@ -114,7 +114,7 @@ MECHANICS: Mapping[str, Stage] = {
     "body": Stage("unloaded.body", (), ("tissues", *FIBRES), MATERIAL),
     "loaded_body": Stage("unloaded.loaded_body", ("stress_free",), ("tissues", *FIBRES), MATERIAL),
     "pressed_body": Stage(
-        "unloaded.pressed_body", ("stress_free",), ("tissues", "load.tissues", *FIBRES), MATERIAL
+        "unloaded.pressed_body", ("stress_free",), (*_in("load", "moduli", "tissues"), *FIBRES), MATERIAL
     ),
     "mean_shape": Stage(
         "unloaded.mean_shape",
@@ -155,8 +155,7 @@ MECHANICS: Mapping[str, Stage] = {
             *_in("compression", "plate_mm", "chest_gap_mm", "depth_share", "smallest_mm", "steps"),
             "compression.penetration_mm",
             "effects.friction",
-            *_in("load", "thickness_mm", "moduli", "tissues"),
-            "tissues",
+            *_in("load", "thickness_mm", "moduli"),
         ),
         PLATES,
     ),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
-from mammosim.chain.conditions import begins_with_mean
+from mammosim.chain.conditions import begins_with_mean, is_under_gravity
 from mammosim.chain.fields import Fields, fields_of
 from mammosim.chain.graph import Inputs
 from mammosim.chain.morph import Morph, MorphSettings, morphed, sound_mean
@@ -46,9 +46,12 @@ def pressed_body(inputs: Inputs) -> Body:
 
 
 def pressed_factor(inputs: Inputs) -> float:
-    """Of the moduli between the plates: the study's own carry the weight, others are as they are."""
-    own = inputs.setting("load.tissues") == inputs.setting("tissues")
-    return float(inputs["stress_free"].moduli_factor) if own else 1.0
+    """Of the moduli between the plates: those under gravity carry the weight, another set is as it is.
+
+    By the name of the set, not by its values: a campaign may change one of them, and what is next to her own
+    moduli is as stiff as they are.
+    """
+    return float(inputs["stress_free"].moduli_factor) if is_under_gravity(inputs) else 1.0
 
 
 def _body(inputs: Inputs, name: str) -> Body:

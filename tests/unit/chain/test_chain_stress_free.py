@@ -88,10 +88,26 @@ def test_all_that_follows_has_the_moduli_that_carry_her_and_another_set_is_as_gi
         assert skin.youngs_modulus_kpa == pytest.approx(10 * factor / WEAK)
     assert heavy["press_setup"].moduli_factor == factor
     assert "moduli_factor" in MEASURED
-    firm = with_moduli(heavy, heavy.setting("tissues"), tissues(study, 5.0))
+    other = {"load.moduli": "compression", "load.tissues": tissues(study, 5.0)}
+    firm = heavy.with_settings(other)
     assert firm["stress_free"] is heavy["stress_free"]
     assert firm["pressed_body"].tissues[Label.ADIPOSE].youngs_modulus_kpa == 5.0
     assert firm["press_setup"].moduli_factor == 1.0
+
+
+def test_moduli_next_to_her_own_are_multiplied_as_hers_are(heavy):
+    """Of a campaign that varies what is pressed alone: her own point is no exception among its neighbours."""
+    own, factor = heavy.setting("tissues"), heavy["stress_free"].moduli_factor
+    for share in (0.999, 1.0, 1.001):
+        near = heavy.with_settings({"load.tissues": tissues(heavy, share)})
+        assert near["stress_free"] is heavy["stress_free"]
+        assert near["press_setup"].moduli_factor == factor
+        adipose = near["pressed_body"].tissues[Label.ADIPOSE].youngs_modulus_kpa
+        assert adipose == pytest.approx(share * factor / WEAK)
+    # The same values as another set are as they are given.
+    named = heavy.with_settings({"load.moduli": "soft", "load.tissues": own})
+    assert named["press_setup"].moduli_factor == 1.0
+    assert named["pressed_body"].tissues[Label.ADIPOSE].youngs_modulus_kpa == pytest.approx(1 / WEAK)
 
 
 def test_a_shape_is_read_with_its_factor_and_of_a_failed_method_its_reason(heavy, tmp_path):

@@ -1,5 +1,6 @@
 """Campaigns: what a file may say, which points it means, what they are called, what explains an answer."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.study.campaigns import prediction
 from mammosim.study.campaigns.campaign import Campaign
 from mammosim.study.campaigns.grouping import batches, inputs, parameters, stored
+from mammosim.study.campaigns.page import opening
 from mammosim.study.campaigns.points import Case, plan
 from mammosim.study.campaigns.settings import Known, changes
 from mammosim.study.campaigns.table import failures, frame, shares
@@ -210,7 +212,7 @@ def test_a_value_added_leaves_every_other_point_its_name(case, known):
 
 def test_a_point_reads_of_the_study_what_it_has_in_common_with_it(case, known):
     points = planned("vary: {load.tissues.glandular.youngs_modulus_kpa: [1, 5]}", case, known)
-    assert set(points[0].kept) == {"pressed"}, "as the study has it"
+    assert set(points[0].kept) == {"pressed", "stress_free"}, "as the study has it"
     assert {"stress_free", "mesh"} <= set(points[1].kept)
     assert not {"stress_free", "mesh"} & set(points[1].own)
     assert {"pressed", "standard_path"} <= set(points[1].own)
@@ -283,7 +285,7 @@ def rows(campaign, values):
         yield {
             **{"point": str(n), "volunteer": "small", "side": "left", "shown": dict(point.shown)},
             **{"answers": {"force_n": values(point.shown)}, "errors": {}, "seconds": 1.0},
-            **{"outcome": "converged", "reason": ""},
+            **{"outcome": "converged", "reason": "", "moduli_factor": 1.0},
         }
 
 
@@ -327,7 +329,7 @@ def test_the_table_has_values_units_errors_and_reasons():
     answers = {"nipple_x_mm": 1.0, "nipple_y_mm": 2.0, "nipple_z_mm": 3.0, "agd_mgy": 1.5}
     good, bad = (row | {"seconds": 2.5} for row in rows(campaign, lambda shown: 0.0))
     good |= {"answers": answers, "errors": {"agd_mgy": 0.1}}
-    bad |= {"answers": {}, "outcome": "failed", "reason": "no equilibrium"}
+    bad |= {"answers": {}, "outcome": "failed", "reason": "no equilibrium", "moduli_factor": 1.5}
     table = frame(campaign, [good, bad])
     assert list(table.columns) == [
         *(
@@ -340,15 +342,28 @@ def test_the_table_has_values_units_errors_and_reasons():
             "agd_mgy",
             "agd_mgy_error",
         ),
-        *("outcome", "reason", "seconds", "point"),
+        *("moduli_factor", "outcome", "reason", "seconds", "point"),
     ]
     assert list(table[GLAND]) == [1, 2]
     assert table.agd_mgy_error.iloc[1] == 0.1
+    assert table.moduli_factor.tolist() == [1.5, 1.0]
     assert table.agd_mgy.isna().tolist() == [True, False]
     assert failures(table).to_dict("records") == [
         {"outcome": "failed", "reason": "no equilibrium", "points": 1}
     ]
     assert pd.api.types.is_float_dtype(table.seconds)
+
+
+def test_the_page_says_where_all_moduli_were_multiplied():
+    campaign = read(f"vary: {{{GLAND}: [1, 2, 3]}}")
+    table = frame(campaign, rows(campaign, lambda shown: 1.0))
+    assert "moduli_factor" not in opening(campaign, table)
+    assert "In 1 of 3 points all moduli were multiplied by 1.5" in opening(
+        campaign, table.assign(moduli_factor=[1.5, 1.0, np.nan])
+    )
+    alike = opening(campaign, table.assign(moduli_factor=2.0))
+    assert "In 3 of 3 points all moduli were multiplied by 2" in alike
+    assert "jump" not in alike
 
 
 RIGID, FLEXIBLE = (
@@ -363,7 +378,7 @@ def test_the_time_of_a_campaign_counts_what_is_shared_once_and_what_is_finished_
     )
     points = planned(text, case, known)
     made = prediction.counts(points, RIGID, done=())
-    presses = {f"pressed_{kind}": 4 for kind in ("standard", "flexible", "tilting")}
+    presses = {f"pressed:{kind}": 4 for kind in ("standard", "flexible", "tilting")}
     # A path of the standard for each modulus and thickness, whatever paddle goes on from it.
     assert {name: made[name] for name in ("stress_free", "standard_path", *presses)} == {
         "stress_free": 2, "standard_path": 4, **presses,
@@ -371,12 +386,12 @@ def test_the_time_of_a_campaign_counts_what_is_shared_once_and_what_is_finished_
     done = {point.name for point in points if point.shown[GLAND] == 2}
     assert prediction.counts(points, RIGID, done)["stress_free"] == 1
     costs = {"point_stress_free": 5.0, "compress": 21.4, "point_pressed_flexible": 60.0}
-    made = {"stress_free": 2, "pressed_flexible": 3, "pressed_tilting": 1, "body": 6}
+    made = {"stress_free": 2, "pressed:flexible": 3, "pressed:tilting": 1, "body": 6}
     seconds = prediction.expected(made, costs, pace=0.5, points=4, batches=1)
     start = prediction.START_S + 4 * prediction.POINT_S
     assert seconds == pytest.approx(start + 0.5 * (2 * 5 + 3 * 60 + 20))
     # What the campaign itself took counts before any table.
-    took = {"stress_free": 3.0, "pressed_flexible": 10.0, "pressed_tilting": 8.0}
+    took = {"stress_free": 3.0, "pressed:flexible": 10.0, "pressed:tilting": 8.0}
     seconds = prediction.expected(made, costs, pace=0.5, points=4, batches=1, took=took)
     assert seconds == pytest.approx(start + 2 * 3 + 3 * 10 + 8)
 
@@ -385,4 +400,25 @@ def test_what_points_took_is_told_apart_by_their_paddles():
     rows = [{"point": "a", "took": {"pressed": 1.0, "body": 0.5}}, {"point": "b", "took": {"pressed": 9.0}}]
     kinds = {"a": prediction.paddle(RIGID), "b": prediction.paddle(FLEXIBLE)}
     found = prediction.measured(rows, kinds)
-    assert found == {"pressed_standard": 1.0, "pressed_flexible": 9.0, "body": 0.5}
+    assert found == {"pressed:standard": 1.0, "pressed:flexible": 9.0, "body": 0.5}
+
+
+def test_each_product_costs_what_its_own_rule_takes_and_a_rule_counts_once(repository):
+    """`pressed_body` is no breast that was pressed, and `depth` is made together with `slices`."""
+    made, known = {}, set()
+    for file in (repository / "workflow/rules").glob("*.smk"):
+        for rule, text in re.findall(r"^rule (\w+):(.*?)(?=^\S|\Z)", file.read_text(), re.M | re.S):
+            known.add(rule)
+            if written := re.search(r"\*\*writes\((.*?)\)", text):
+                made[rule] = re.findall(r"\w+", written[1])
+    first = {products[0]: rule for rule, products in made.items() if rule != "take_labels"}
+    assert len(first) > 15
+    for name in STAGES:
+        rule = prediction.RULES.get(name, name)
+        assert (rule if rule in known else None) == first.get(name), name
+    costs = dict.fromkeys(known, 10.0)
+    alone = prediction.expected({}, costs, pace=1.0, points=1, batches=1)
+    each = 10.0 - prediction.RULE_START_S
+    for made, rules in (({"pressed_body": 5, "slices": 1, "depth": 1}, 1), ({"pressed:rigid": 2}, 2)):
+        seconds = prediction.expected(made, costs, pace=1.0, points=1, batches=1)
+        assert seconds == pytest.approx(alone + rules * each)

@@ -4,14 +4,19 @@ import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from small_breast import small_chain
 
 from mammosim.chain import meshed, quantities
-from mammosim.core.errors import EquilibriumError, MeshError
-from mammosim.study.campaigns import batch as batches
+from mammosim.chain.graph import Made
+from mammosim.core.errors import EquilibriumError, MeshError, UnloadingError
+from mammosim.study.campaigns import answers
+from mammosim.study.campaigns.answers import faults, moduli_factor
 from mammosim.study.campaigns.batch import Batch, Item
+from mammosim.study.campaigns.failures import Failures
 
 ADIPOSE = "tissues.tissues.adipose.youngs_modulus_kpa"
 CODE = {"mesh": "code", "spectrum": "code"}
@@ -29,7 +34,7 @@ def asked(monkeypatch):
     asked = []
 
     def stiffness(chain):
-        modulus = chain["body"].tissues[batches_fat(chain)].youngs_modulus_kpa
+        modulus = chain["body"].tissues[fat_of(chain)].youngs_modulus_kpa
         asked.append(modulus)
         if modulus == 13:
             raise EquilibriumError("the paddle slips\nat once", mode=None)
@@ -42,11 +47,11 @@ def asked(monkeypatch):
     found = quantities.Quantity(
         "stiffness", ("body", "mesh"), stiffness, noise=lambda chain: 0.5, column="stiff"
     )
-    monkeypatch.setattr(batches, "QUANTITIES", {"stiffness": found})
+    monkeypatch.setattr(answers, "QUANTITIES", {"stiffness": found})
     return asked
 
 
-def batches_fat(chain):
+def fat_of(chain):
     return next(label for label in chain["body"].tissues if label.name == "ADIPOSE")
 
 
@@ -66,8 +71,8 @@ def items(*moduli, size=16.0):
     ]
 
 
-def batch(chain, folder: Path) -> Batch:
-    return Batch(chain, ["body", "mesh"], folder / "points", folder / "products", CODE)
+def batch(chain, folder: Path, run: str = "") -> Batch:
+    return Batch(chain, ["body", "mesh"], folder / "points", folder / "products", CODE, Failures(run))
 
 
 def test_points_are_answered_with_their_errors_and_share_what_they_are_made_of(
@@ -165,21 +170,118 @@ def test_a_point_that_fails_says_why_and_stops_nobody(chain, asked, tmp_path):
     assert json.loads(batch(chain, tmp_path).file(items(13)[0]).read_text())["outcome"] == "failed"
 
 
-def test_what_cannot_be_meshed_fails_every_point_that_shares_it(chain, asked, tmp_path, monkeypatch):
-    def no_mesh(inputs):
-        raise MeshError("elements of 16 mm are not attached")
+@pytest.fixture
+def no_mesh(monkeypatch):
+    """How often it was tried; `error`: what it fails with, None where it is made."""
+    made, tried = meshed.mesh, SimpleNamespace(times=0, error=MeshError("elements are not attached"))
 
-    monkeypatch.setattr("mammosim.chain.meshed.mesh", no_mesh)
-    rows = list(batch(chain, tmp_path).rows(items(1, 2, size=15.0)))
-    assert {(row["outcome"], row["reason"]) for row in rows} == {
-        ("failed", "elements of 16 mm are not attached")
-    }
+    def mesh(inputs):
+        tried.times += 1
+        if tried.error is not None:
+            raise tried.error
+        return made(inputs)
+
+    monkeypatch.setattr("mammosim.chain.meshed.mesh", mesh)
+    return tried
+
+
+def outcomes(chain, folder, points, run):
+    """Of a batch in a process of its own."""
+    apart = replace(chain, made=dict(chain.made))
+    return [(row["outcome"], row["reason"]) for row in batch(apart, folder, run).rows(points)]
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (MeshError("elements are not attached"), "elements are not attached"),
+        (ZeroDivisionError("a mistake"), "fault of the program: ZeroDivisionError: a mistake"),
+    ],
+)
+def test_what_points_share_is_tried_once_in_a_run_and_again_in_the_next(
+    chain, asked, tmp_path, no_mesh, error, reason
+):
+    no_mesh.error = error
+    assert outcomes(chain, tmp_path, items(1, 2, size=15.0), "a") == [("failed", reason)] * 2
+    assert outcomes(chain, tmp_path, items(3, size=15.0), "a") == [("failed", reason)]
+    assert no_mesh.times == 1
+    # Other settings, other code, or another run: it may be made.
+    assert outcomes(chain, tmp_path, [replace(items(4)[0], stored={"mesh": "finer"})], "a")[0][0] == "failed"
+    assert no_mesh.times == 2
+    no_mesh.error = None
+    assert outcomes(chain, tmp_path, items(5, size=15.0), "b")[0][0] == "converged"
+    assert no_mesh.times == 3
+    # What was made is there for all runs.
+    assert outcomes(chain, tmp_path, items(6, size=15.0), "a")[0][0] == "converged"
+    assert no_mesh.times == 3
+
+
+def test_other_inputs_or_code_are_tried_in_the_same_run(chain, asked, tmp_path, no_mesh, monkeypatch):
+    labels = tmp_path / "labels.nii.gz"
+    labels.write_bytes(b"one")
+    point = replace(items(1)[0], kept={"labels": {"labels": str(labels)}})
+    outcomes(chain, tmp_path, [point], "a")
+    labels.write_bytes(b"other")
+    outcomes(chain, tmp_path, [point], "a")
+    assert no_mesh.times == 2
+    monkeypatch.setitem(CODE, "mesh", "newer")
+    outcomes(chain, tmp_path, [replace(point, name="0216")], "a")
+    assert no_mesh.times == 3
+
+
+def test_a_run_that_is_not_known_keeps_no_failure(chain, asked, tmp_path, no_mesh):
+    for modulus in (1, 2):
+        assert outcomes(chain, tmp_path, items(modulus), "")[0][0] == "failed"
+    assert no_mesh.times == 2
     assert not (tmp_path / "products").exists()
 
 
-def test_a_mistake_of_the_program_fails_the_job_after_the_other_points(chain, asked, tmp_path):
-    found = []
-    with pytest.raises(RuntimeError, match=r"1 points ended in a fault .*1716.*ZeroDivisionError: a mistake"):
-        found.extend(batch(chain, tmp_path).rows(items(1, 17, 2)))
+@pytest.mark.parametrize("mode", [None, np.ones((2, 3))])
+def test_a_failure_is_read_as_it_was(tmp_path, mode):
+    failure = UnloadingError("half of the weight", load_factor=0.5, mode=mode)
+    Failures("a").keep(failure, tmp_path / "unloaded/1")
+    known = Failures("a").known(tmp_path / "unloaded/1")
+    assert type(known) is UnloadingError
+    assert (str(known), known.load_factor) == ("half of the weight", 0.5)
+    assert (known.mode is None) == (mode is None)
+    assert Failures("b").known(tmp_path / "unloaded/1") is None
+    assert Failures("a").known(tmp_path / "unloaded/2") is None
+
+
+def test_a_mistake_of_the_program_has_its_row_and_is_not_kept(chain, asked, tmp_path, caplog):
+    rows = list(batch(chain, tmp_path).rows(items(1, 17, 2)))
     assert asked == [1, 17, 2]
+    assert [row["outcome"] for row in rows] == ["converged", "failed", "converged"]
+    assert rows[1]["reason"] == "fault of the program: ZeroDivisionError: a mistake of the program"
+    assert rows[1]["answers"] == {}
+    assert "Traceback" in caplog.text
+    (fault,) = faults(rows)
+    assert fault == "point 1716 (fat = 17): ZeroDivisionError: a mistake of the program"
     assert len(list((tmp_path / "points").rglob("*.json"))) == 2, "the fault is not kept as an answer"
+    asked.clear()
+    list(batch(chain, tmp_path).rows(items(1, 17, 2)))
+    assert asked == [17], "it is computed again"
+
+
+def test_a_disk_without_room_ends_the_batch(chain, asked, tmp_path, monkeypatch):
+    def full(mesh, files, job):
+        raise OSError(28, "No space left on device", files["mesh"])
+
+    monkeypatch.setattr(meshed, "save_mesh", full)
+    with pytest.raises(OSError, match="No space left"):
+        list(batch(chain, tmp_path, "a").rows(items(1, 2, size=13.0)))
+    assert not asked
+
+
+def test_a_point_says_by_what_all_moduli_were_multiplied(chain):
+    """Of what is pressed that of its set of moduli, of what hangs always that of the weight."""
+    carried = SimpleNamespace(moduli_factor=1.5, mesh=None)
+    heavy = chain.given({"stress_free": carried})
+    other = heavy.with_settings({"load.moduli": "compression"}).given({"stress_free": carried})
+    assert moduli_factor(heavy, {"pressed", "stress_free"}) == 1.5
+    assert moduli_factor(other, {"pressed", "stress_free"}) == 1.0
+    assert moduli_factor(other, {"loaded", "stress_free"}) == 1.5
+    assert moduli_factor(heavy, {"mesh"}) is None
+    fails = replace(chain, made=dict(chain.made))
+    fails.made[fails.key("stress_free")] = Made(None, MeshError("no mesh"), 0.0)
+    assert moduli_factor(fails, {"pressed", "stress_free"}) is None

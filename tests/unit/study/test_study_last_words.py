@@ -90,6 +90,20 @@ def test_a_lock_is_told_apart_by_whether_its_run_goes_on(tmp_path):
     assert "another run" in locked(Run.read(file), tmp_path)
 
 
+def test_a_run_is_told_from_one_that_began_before_it_and_is_none_when_it_has_ended(tmp_path):
+    file = tmp_path / ".snakemake/mammosim_run"
+    assert Run.began(file) == ""
+    Run.here().write(file)
+    first = Run.began(file)
+    assert first == Run.began(file) != ""
+    os.utime(file, ns=(1, 1))
+    assert Run.began(file) not in ("", first)
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    Run(ended.pid, machine()).write(file)
+    assert Run.began(file) == ""
+
+
 def test_many_failures_fit_on_a_screen(said):
     lines = said(40, 0)
     assert len(lines) <= 15

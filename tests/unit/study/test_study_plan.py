@@ -34,9 +34,9 @@ def test_costs_measured_here_come_before_the_table():
 
 
 def test_batches_of_points_cost_what_their_points_do():
-    said = {"campaign_mine": {"mesh": 2, "campaign_batch": 4}, "study": {"campaign_batch": 1}}
+    said = {"campaign_mine": {"mesh": 2, "campaigns_batch": 4}, "study": {"campaigns_batch": 1}}
     table = plan(said, costs(BENCHMARKS, TABLE_OF_COSTS), {"campaign_mine": 200.0})
-    batches = table[table.rule == "campaign_batch"].set_index("target")
+    batches = table[table.rule == "campaigns_batch"].set_index("target")
     assert batches.seconds["campaign_mine"] == 200.0
     assert batches.seconds_each["campaign_mine"] == 50.0
     assert batches.cost.tolist() == ["by points", UNKNOWN]

@@ -12,19 +12,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from mammosim.chain.graph import Chain
-from mammosim.chain.outcome import CONVERGED, unsolved
-from mammosim.chain.quantities import QUANTITIES, Quantity
+from mammosim.chain.graph import Chain, Made
 from mammosim.chain.stages import STAGES
-from mammosim.core.errors import ConfigurationError, MammosimError, TableError
+from mammosim.core.errors import TableError
 from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_json, write_json
+from mammosim.study.campaigns.answers import REJECTED, Row, answered, faulty, row_of
+from mammosim.study.campaigns.failures import Failures, ProgramFault
 
 log = logging.getLogger(__name__)
-REJECTED = "rejected"
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -46,7 +42,7 @@ class Batch:
     """chain: of the breast, before anything varies; read: the products that answers are taken from.
 
     points, products: the folders of finished points and of what points share; library: product -> digest of
-    the code that it depends on.
+    the code that it depends on; failures: of what points share, in this run.
     """
 
     chain: Chain
@@ -54,31 +50,19 @@ class Batch:
     points: Path
     products: Path
     library: Mapping[str, str]
+    failures: Failures = field(default_factory=Failures)
     contents: dict[str, str] = field(default_factory=dict)
 
     def rows(self, items: Sequence[Item]) -> Iterator[Row]:
-        """A row per point: its name, answers, errors, outcome, reason, processor seconds and what took them.
+        """A row per point: its name, what is shown, and a row of `answers`.
 
-        Raises RuntimeError at the end where the program itself failed in a point: the others are done.
+        A point in which the program itself fails has a row, too, see `answers.faults`, and is not kept: it is
+        computed again. Raises OSError where the machine fails, as a disk without room does, at all alike.
         """
-        faults: list[str] = []
         for n, item in enumerate(items):
             later = {pair for other in items[n + 1 :] for pair in other.own.items()}
-            row = self._rejected(item) or self._finished(item)
-            if row is None:
-                try:
-                    row = self._computed(item, later)
-                except Exception as error:
-                    log.exception("point %s", item.name)
-                    faults.append(f"point {item.name} ({item.shown}): {type(error).__name__}: {error}")
-                    continue
-                self.file(item).parent.mkdir(parents=True, exist_ok=True)
-                write_json(row, self.file(item))
+            row = self._rejected(item) or self._finished(item) or self._tried(item, later)
             yield {"point": item.name, "shown": dict(item.shown), **row}
-        if faults:
-            raise RuntimeError(
-                f"{len(faults)} points ended in a fault of the program, the first: {faults[0]}"
-            )
 
     def file(self, item: Item) -> Path:
         """Where a point is kept."""
@@ -87,7 +71,7 @@ class Batch:
     def _rejected(self, item: Item) -> Row | None:
         if not item.rejected:
             return None
-        return _row(outcome=REJECTED, reason=item.rejected)
+        return row_of(outcome=REJECTED, reason=item.rejected)
 
     def _finished(self, item: Item) -> Row | None:
         """What was computed before, of the same inputs; None where it was not, or is damaged."""
@@ -96,6 +80,19 @@ class Batch:
         except (FileNotFoundError, TableError):
             return None
         return row if row.get("inputs") == self._inputs(item) else None
+
+    def _tried(self, item: Item, later: set[tuple[str, str]]) -> Row:
+        """Computed and kept; where the program fails, only told."""
+        try:
+            row = self._computed(item, later)
+        except OSError:
+            raise
+        except Exception as error:
+            log.exception("point %s", item.name)
+            return faulty(error)
+        self.file(item).parent.mkdir(parents=True, exist_ok=True)
+        write_json(row, self.file(item))
+        return row
 
     def _inputs(self, item: Item) -> str:
         """A digest of the content of what is read of the study."""
@@ -111,24 +108,25 @@ class Batch:
     def _computed(self, item: Item, later: set[tuple[str, str]]) -> Row:
         began, inputs = time.process_time(), self._inputs(item)
         before = set(self.chain.made)
+        chain = self._varied(item)
+        try:
+            chain, took = self._shared(chain, item, inputs)
+            row = answered(chain, self.read)
+            new = {name: key for name, key in chain.keys.items() if key in chain.made and key not in before}
+            took |= {
+                name: chain.made[key].seconds for name, key in new.items() if chain.made[key].seconds > 0
+            }
+        finally:
+            for name, digest in item.own.items():
+                # What no later point is made of need not be held.
+                if (name, digest) not in later:
+                    chain.made.pop(chain.key(name), None)
+        return row | {"seconds": time.process_time() - began, "took": took, "inputs": inputs}
+
+    def _varied(self, item: Item) -> Chain:
         chain = self.chain.with_settings(item.changes) if item.changes else self.chain
         chain = chain if item.effects is None else chain.with_effects(item.effects)
-        chain, took = self._shared(chain.kept(item.kept), item, inputs)
-        answered = {
-            name: each for name, each in QUANTITIES.items() if {*each.products, *each.beside} <= {*self.read}
-        }
-        try:
-            answers, errors = _answers(chain, answered)
-            row = _row(answers, errors)
-        except MammosimError as error:
-            row = _row(None, None, *_outcome(error))
-        new = {name: key for name, key in chain.keys.items() if key in chain.made and key not in before}
-        took |= {name: chain.made[key].seconds for name, key in new.items() if chain.made[key].seconds > 0}
-        for name, key in chain.keys.items():
-            # What no later point is made of need not be held.
-            if name in item.own and (name, item.own[name]) not in later:
-                chain.made.pop(key, None)
-        return row | {"seconds": time.process_time() - began, "took": took, "inputs": inputs}
+        return chain.kept(item.kept)
 
     def _shared(self, chain: Chain, item: Item, inputs: str) -> tuple[Chain, dict[str, float]]:
         """The chain with what its point shares with others, made where it is not there yet, and its seconds.
@@ -137,20 +135,41 @@ class Batch:
         """
         took: dict[str, float] = {}
         for name, digest in item.stored.items():
-            files = self._files(name, digest, inputs)
+            place = self._place(name, digest, inputs)
+            files = _files(name, place)
             if not are_there(files):
-                if chain.make(name).failure is not None:
+                if self._fails(chain, name, place):
                     continue  # its point says why
                 took[name] = self._save(chain, name, files)
             chain = chain.kept({name: files})
         return chain, took
 
-    def _files(self, name: str, digest: str, inputs: str) -> dict[str, str]:
-        kept = STAGES[name].files
-        endings = {**kept.endings, **kept.beside} if kept else {}
+    def _fails(self, chain: Chain, name: str, place: Path) -> bool:
+        """Whether what is shared has no answer, which is tried once in a run; else it is made.
+
+        Raises ProgramFault, or what it is, where the program fails at it.
+        """
+        known = self.failures.known(place)
+        if isinstance(known, ProgramFault):
+            raise known
+        if known is not None:
+            chain.made[chain.key(name)] = Made(None, known, 0.0)
+            return True
+        try:
+            failure: Exception | None = chain.make(name).failure
+        except (OSError, MemoryError):  # what another batch may have room for
+            raise
+        except Exception as error:
+            self.failures.keep(error, place)
+            raise
+        if failure is not None:
+            self.failures.keep(failure, place)
+        return failure is not None
+
+    def _place(self, name: str, digest: str, inputs: str) -> Path:
+        """The folder of what is shared."""
         called = hashlib.sha256(f"{digest} {self.library[name]} {inputs}".encode()).hexdigest()[:16]
-        folder = self.products / name / called
-        return {file: str(folder / f"{file}{ending}") for file, ending in endings.items()}
+        return self.products / name / called
 
     def _save(self, chain: Chain, name: str, files: Mapping[str, str]) -> float:
         folder = Path(next(iter(files.values()))).parent
@@ -167,57 +186,15 @@ class Batch:
         return seconds
 
 
+def _files(name: str, place: Path) -> dict[str, str]:
+    kept = STAGES[name].files
+    endings = {**kept.endings, **kept.beside} if kept else {}
+    return {file: str(place / f"{file}{ending}") for file, ending in endings.items()}
+
+
 def are_there(files: Mapping[str, str]) -> bool:
     """Whether all of these files are there."""
     return all(Path(path).exists() for path in files.values())
-
-
-def _answers(
-    chain: Chain, answered: Mapping[str, Quantity]
-) -> tuple[dict[str, float | None], dict[str, float | None]]:
-    """Every value, three of a place, and its standard error where it has one; None for no finite number."""
-    values: dict[str, float | None] = {}
-    errors: dict[str, float | None] = {}
-    for name, quantity in answered.items():
-        column = quantity.column or name
-        found = np.atleast_1d(np.asarray(quantity.of(chain), float))
-        values |= dict(zip(columns(column, len(found)), map(_finite, found)))
-        if quantity.noise is not None:
-            errors[column] = _finite(abs(found[0]) * quantity.noise(chain))
-    return values, errors
-
-
-def columns(column: str, size: int) -> tuple[str, ...]:
-    """'nipple_x_mm', 'nipple_y_mm' and 'nipple_z_mm' of a place, else the name itself."""
-    if size == 1:
-        return (column,)
-    name, _, unit = column.rpartition("_")
-    return tuple(f"{name}_{axis}_{unit}" for axis in "xyz"[:size])
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _row(
-    answers: Mapping[str, float | None] | None = None,
-    errors: Mapping[str, float | None] | None = None,
-    outcome: str = CONVERGED,
-    reason: str = "",
-) -> Row:
-    none = ", ".join(name for name, value in (answers or {}).items() if value is None)
-    why = reason or (f"no finite number: {none}" if none else "")
-    return {
-        "answers": dict(answers or {}), "errors": dict(errors or {}), "outcome": outcome, "reason": why,
-        "seconds": 0.0, "took": {},
-    }  # fmt: skip
-
-
-def _outcome(error: MammosimError) -> tuple[str, str]:
-    reason = " ".join(str(error).split())
-    if isinstance(error, ConfigurationError):
-        return REJECTED, reason
-    return unsolved(error).split(":")[0], reason
 
 
 def items(points: Iterable[Mapping[str, Any]], kept: Sequence[Mapping[str, Mapping[str, str]]]) -> list[Item]:

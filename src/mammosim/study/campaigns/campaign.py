@@ -8,6 +8,7 @@ from itertools import product
 from math import prod
 from typing import Any
 
+from mammosim.chain.conditions import UNDER_GRAVITY
 from mammosim.chain.graph import upstream
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.chain.stages import STAGES
@@ -19,7 +20,8 @@ from mammosim.study.campaigns.settings import Known, depends
 # Quantities by what their values are called in the unit of the table: 'agd_mgy' for 'agd_percent'.
 ASKED: Mapping[str, str] = {quantity.column or name: name for name, quantity in QUANTITIES.items()}
 LOADS = ("position", "strategy")
-DEFAULT_LOAD = {"strategy": "standard", "moduli": "gravity"}
+DEFAULT_LOAD = {"strategy": "standard", "moduli": UNDER_GRAVITY}
+STRESS_FREE = "stress_free"  # what says by what all moduli of a woman were multiplied
 EXAMPLE = "asked: [force_n]"
 
 
@@ -148,9 +150,12 @@ class Campaign:
 
     @property
     def read(self) -> list[str]:
-        """These, and what they are read with."""
+        """These, what they are read with, and the shape that says by what all moduli were multiplied."""
         beside = {each for name in self.asked for each in QUANTITIES[ASKED[name]].beside}
-        return sorted({*self.products, *beside})
+        weighed = (
+            {STRESS_FREE} if any(STRESS_FREE in upstream(STAGES, each) for each in self.products) else set()
+        )
+        return sorted({*self.products, *beside, *weighed})
 
     def check(self, known: Known) -> None:
         """Raise ConfigurationError for a setting that does not exist or changes nothing, and for one none of

@@ -32,11 +32,26 @@ def opening(campaign: Campaign, table: pd.DataFrame) -> str:
             else ""
         )
         + f". They took {table.seconds.sum() / 60:.1f} minutes of a processor.",
+        *factor_words(table),
         "Varied: " + ". ".join(map(axis_words, campaign.axes)) + ".",
         f"All points: [{campaign.name}.csv]({campaign.name}.csv), "
         f"[{campaign.name}.parquet]({campaign.name}.parquet).",
     ]
     return "\n\n".join(parts).translate(BRACES)
+
+
+def factor_words(table: pd.DataFrame) -> list[str]:
+    """That all moduli were multiplied, and that answers jump with the factor; nothing of none."""
+    factors = table.moduli_factor.dropna()
+    stiffer = factors[factors > 1]
+    if stiffer.empty:
+        return []
+    values = ", ".join(f"{value:g}" for value in sorted(stiffer.unique()))
+    jumps = " An answer may jump where this factor does." if factors.nunique() > 1 else ""
+    return [
+        f"In {len(stiffer)} of {len(table)} points all moduli were multiplied by {values}, the least that "
+        f"carries the weight of the breast (column `moduli_factor`).{jumps}"
+    ]
 
 
 def shares_words(campaign: Campaign, *, there: bool) -> str:

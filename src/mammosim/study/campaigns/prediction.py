@@ -7,13 +7,15 @@ from typing import Any
 from mammosim.chain.conditions import STANDARD
 from mammosim.study.campaigns.points import Planned
 
+PRESSED = "pressed"
 START_S = 2.5  # seconds of a processor that a batch takes before its first point, and after its last
 POINT_S = 0.3  # and each point beside its products: keys, digests, files
-# Of the products that a rule makes, what the rule is called where that is another name.
+# The rule that makes a product, where it has another name; of several products the first stands for its time.
 RULES: Mapping[str, str] = {
-    "labels": "segment", "transform": "register", "mean_shape": "morph", "pressed": "compress",
-    "slices": "tomosynthesis", "depth": "tomosynthesis",
+    "labels": "segment", "transform": "register", "mean_shape": "morph", "unloaded": "unload",
+    "pressed": "compress", "slices": "tomosynthesis",
 }  # fmt: skip
+BY = ":"  # between the product `pressed` and what it is pressed with; no product has it in its name
 RULE_START_S = 1.4  # of the seconds of a rule, what a script takes to begin
 
 
@@ -21,7 +23,7 @@ def counts(points: Iterable[Planned], strategy: Mapping[str, Any], done: Collect
     """How often each product is to be made, each for all points that share it.
 
     strategy: of the load where a point does not change it; done: names of points that are finished. A press
-    is called after its paddle, `pressed_flexible`; the standard's is read off its path, `pressed_standard`.
+    is called after its paddle, `pressed:flexible`; the standard's is read off its path, `pressed:standard`.
     """
     found: dict[tuple[str, str], str] = {}
     for point in points:
@@ -29,7 +31,7 @@ def counts(points: Iterable[Planned], strategy: Mapping[str, Any], done: Collect
             continue
         kind = paddle(point.changes.get("load.strategy", strategy))
         for name, digest in point.own.items():
-            found[name, digest] = f"pressed_{kind}" if name == "pressed" else name
+            found[name, digest] = f"{name}{BY}{kind}" if name == PRESSED else name
     return dict(Counter(found.values()))
 
 
@@ -50,16 +52,17 @@ def expected(
 ) -> float:
     """Processor seconds of all batches.
 
-    costs: seconds by product, `point_{product}`, and by rule; pace: what they are multiplied by for settings
-    other than the study's; took: seconds by product, of points of this campaign that are finished.
+    costs: seconds by product, `point_{product}` or `point_pressed_{paddle}`, and by rule; pace: what they are
+    multiplied by for settings other than the study's; took: seconds by product, of points of this campaign
+    that are finished.
     """
     seconds = START_S * batches + POINT_S * points
     for name, number in made.items():
-        product = name.split("_")[0] if name.startswith("pressed_") else name
+        product, line = name.split(BY)[0], f"point_{name.replace(BY, '_')}"
         if took and name in took:
             seconds += number * took[name]
-        elif f"point_{name}" in costs:
-            seconds += number * pace * costs[f"point_{name}"]
+        elif line in costs:
+            seconds += number * pace * costs[line]
         else:
             seconds += number * pace * max(0.0, costs.get(RULES.get(product, product), 0.0) - RULE_START_S)
     return seconds
@@ -70,6 +73,6 @@ def measured(rows: Iterable[Mapping[str, Any]], kinds: Mapping[str, str]) -> dic
     found: dict[str, list[float]] = {}
     for row in rows:
         for name, seconds in row["took"].items():
-            called = f"pressed_{kinds.get(row['point'], '')}" if name == "pressed" else name
+            called = f"{name}{BY}{kinds.get(row['point'], '')}" if name == PRESSED else name
             found.setdefault(called, []).append(seconds)
     return {name: sum(each) / len(each) for name, each in found.items()}

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
+from mammosim.chain.conditions import UNDER_GRAVITY
 from mammosim.chain.configuration import check_settings
 from mammosim.chain.graph import nested, overridden, read_by
 from mammosim.chain.stages import STAGES
@@ -20,7 +21,6 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.core.positions import GRAVITY
 from mammosim.study.campaigns.axes import is_number
 
-STUDYS_MODULI = "gravity"  # the name of the study's tissues, as moduli to press with
 EFFECTS = ("mechanics.effects", "xray.effects")
 # What a tissue table has beside the tissues themselves.
 BESIDE_TISSUES = ("skin",)
@@ -58,7 +58,7 @@ class Known:
         """Of a key whose values are names."""
         names: Mapping[str, list[str]] = {
             "tissues": list(self.tissues),
-            "load.moduli": [STUDYS_MODULI, *self.tissues],
+            "load.moduli": [UNDER_GRAVITY, *self.tissues],
             "load.strategy": list(self.strategies),
             "load.position": list(GRAVITY),
         }
@@ -167,10 +167,10 @@ def changes(values: Mapping[str, Any], base: Mapping[str, Any], known: Known) ->
 
 def _tissues(values: Mapping[str, Any], base: Mapping[str, Any], known: Known) -> dict[str, Any]:
     """`tissues`, and `load.tissues`, which are the same where the study's moduli are pressed with."""
-    moduli = values.get("load.moduli", base["load"].get("moduli", STUDYS_MODULI))
+    moduli = values.get("load.moduli", base["load"].get("moduli", UNDER_GRAVITY))
     table = known.tissues[values["tissues"]] if "tissues" in values else base["tissues"]
     table = _altered(table, values, "tissues.")
-    pressed = table if moduli == STUDYS_MODULI else known.tissues[moduli]
+    pressed = table if moduli == UNDER_GRAVITY else known.tissues[moduli]
     pressed = _altered(pressed, values, "load.tissues.")
     found = {"tissues": table, "load.tissues": pressed, "load.moduli": moduli}
     return {

@@ -10,12 +10,12 @@ import pandas as pd
 from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.core.errors import ConfigurationError
+from mammosim.study.campaigns.answers import columns
 from mammosim.study.campaigns.axes import SALTELLI, rounded, sampled
-from mammosim.study.campaigns.batch import columns
 from mammosim.study.campaigns.campaign import ASKED, Campaign
 
 SUBJECT = ("volunteer", "side")
-ENDING = ("outcome", "reason", "seconds", "point")
+ENDING = ("moduli_factor", "outcome", "reason", "seconds", "point")
 ERROR = "_error"  # after the name of an answer: its standard error
 SHARES = ("quantity", "setting", "share", "total", "low", "high", "how")
 EXACT = 1e-9  # of the variance: what is left to rounding
@@ -44,7 +44,8 @@ def frame(campaign: Campaign, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame
         for name in (answer, *([f"{answer}{ERROR}"] if answer in noisy else []))
     ]
     table = pd.DataFrame(found, columns=[*SUBJECT, *campaign.keys, *wanted, *ENDING])
-    table[[*wanted, "seconds"]] = table[[*wanted, "seconds"]].astype(float)
+    numbers = [*wanted, "moduli_factor", "seconds"]
+    table[numbers] = table[numbers].astype(float)
     return _ordered(campaign, table)
 
 

@@ -16,6 +16,8 @@ WIDTH = 200  # letters of a reason
 NO_LOG = "it has written no log; its error stands further up"
 NO_ERROR = "its log ends without an error: it may have been killed, for instance for want of memory"
 NO_MEMORY = "MemoryError"
+# Where a run says whose lock it has, and since when it is at work.
+LOCKED_BY = Path(".snakemake/mammosim_run")
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,12 @@ class Run:
             return cls(int(process), name)
         except (OSError, ValueError):
             return None
+
+    @classmethod
+    def began(cls, file: Path) -> str:
+        """What tells the run that is at work from others: process, machine and beginning; '' of none."""
+        run = cls.read(file)
+        return f"{run.process} {run.machine} {file.stat().st_mtime_ns}" if run and run.goes_on else ""
 
     def write(self, file: Path) -> None:
         """For the next run."""

@@ -9,7 +9,7 @@ import pandas as pd
 JOBS = re.compile(r"^(?P<rule>[a-z][a-z0-9_]*)\s+(?P<jobs>\d+)$", re.MULTILINE)
 HERE, TABLE, UNKNOWN = "measured here", "table", "not measured"
 POINTS = "by points"
-BATCH = "campaign_batch"  # the rule whose jobs are batches of points
+BATCH = "campaigns_batch"  # the rule whose jobs are batches of points
 COLUMNS = ["target", "rule", "jobs", "seconds_each", "seconds", "memory_mb", "cost"]
 
 
