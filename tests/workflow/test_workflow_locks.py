@@ -1,13 +1,27 @@
 """A folder in which a run is at work, or was killed: no other run begins there, and who looks on may."""
 
 import os
+import shutil
+import subprocess
+import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from mammosim.study.jobs.last_words import Run
 
 SPECTRUM = "results/xray/spectrum.csv"
+LONG = """import os, time
+from pathlib import Path
+
+import _log
+
+_log.to(snakemake.log[0])
+Path("job").write_text(str(os.getpid()))
+time.sleep(120)
+"""
 
 
 @pytest.fixture
@@ -29,3 +43,52 @@ def test_a_second_run_is_told_of_the_first_before_anything_is_made(at_work):
     assert second.returncode != 0
     assert f"another run, process {os.getpid()}, is at work" in second.stdout
     assert not (at_work.run / "results").exists()
+
+
+@pytest.fixture
+def long(study, tmp_path):
+    """The study with a job that lasts, and an environment whose shells do not give their place to it."""
+    home, run, programs = (tmp_path / name for name in ("home", "run", "bin"))
+    shutil.copytree(study.home, home)
+    run.mkdir()
+    programs.mkdir()
+    (home / "workflow/scripts/label_colours.py").write_text(LONG)
+    stays = programs / "bash"
+    stays.write_text(f'#!/bin/sh\n{shutil.which("bash")} "$@"\nexit $?\n')
+    stays.chmod(0o755)
+    return replace(study, home=home, run=run), os.environ | {"PATH": f"{programs}:{os.environ['PATH']}"}
+
+
+def within(seconds: float, there) -> bool:
+    """Whether something is so, before so much time has passed."""
+    end = time.monotonic() + seconds
+    while not there() and time.monotonic() < end:
+        time.sleep(0.1)
+    return there()
+
+
+def runs(process: int) -> bool:
+    """Whether a process has not ended."""
+    state = Path(f"/proc/{process}/stat")
+    return state.exists() and state.read_text().rpartition(")")[2].split()[0] not in "ZX"
+
+
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="how it is seen that a job has ended is of Linux"
+)
+def test_a_killed_run_takes_its_jobs_with_it_whatever_shell_is_between(long):
+    study, environment = long
+    command = [
+        *(sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "workflow/Snakefile")),
+        *("--directory", str(study.run), "--configfile", str(study.home / "config/smoke.yaml")),
+        *("--cores", "1", "--workflow-profile", "none", "results/segmentation/tissues.ctbl"),
+    ]
+    run = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    file = study.run / "job"
+    try:
+        assert within(120.0, lambda: file.exists() and file.read_text() != "")
+    finally:
+        run.kill()
+        run.wait()
+    job = int(file.read_text())
+    assert within(20.0, lambda: not runs(job))
