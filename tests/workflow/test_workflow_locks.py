@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -13,6 +14,7 @@ import pytest
 from mammosim.study.jobs.last_words import Run
 
 SPECTRUM = "results/xray/spectrum.csv"
+LONG_ONE = "results/segmentation/tissues.ctbl"
 LONG = """import os, time
 from pathlib import Path
 
@@ -73,22 +75,46 @@ def runs(process: int) -> bool:
     return state.exists() and state.read_text().rpartition(")")[2].split()[0] not in "ZX"
 
 
-@pytest.mark.skipif(
-    not sys.platform.startswith("linux"), reason="how it is seen that a job has ended is of Linux"
-)
-def test_a_killed_run_takes_its_jobs_with_it_whatever_shell_is_between(long):
+@pytest.fixture
+def begun(long):
+    """The study, a run of it in a session of its own whose job has begun, and the job's number."""
     study, environment = long
     command = [
         *(sys.executable, "-m", "snakemake", "--snakefile", str(study.home / "workflow/Snakefile")),
         *("--directory", str(study.run), "--configfile", str(study.home / "config/smoke.yaml")),
-        *("--cores", "1", "--workflow-profile", "none", "results/segmentation/tissues.ctbl"),
+        *("--cores", "1", "--workflow-profile", "none", LONG_ONE),
     ]
-    run = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    run = subprocess.Popen(command, env=environment, text=True, start_new_session=True, **pipes)
     file = study.run / "job"
-    try:
-        assert within(120.0, lambda: file.exists() and file.read_text() != "")
-    finally:
-        run.kill()
-        run.wait()
-    job = int(file.read_text())
+    assert within(120.0, lambda: run.poll() is not None or (file.exists() and file.read_text() != ""))
+    yield study, run, int(file.read_text())
+    run.kill()
+    run.communicate()
+
+
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="how a job is seen to have ended is of Linux"
+)
+def test_a_killed_run_takes_its_jobs_with_it_whatever_shell_is_between_and_its_lock_is_told(begun):
+    study, run, job = begun
+    second = study.snakemake(LONG_ONE)
+    assert second.returncode != 0
+    assert f"another run, process {run.pid}, is at work" in second.stdout
+    run.kill()
+    run.wait()
     assert within(20.0, lambda: not runs(job))
+    assert "was killed and has left its lock" in study.snakemake(LONG_ONE).stdout
+
+
+def test_ctrl_c_ends_the_job_and_the_last_three_lines_say_how_to_go_on(begun):
+    _, run, job = begun
+    os.killpg(run.pid, signal.SIGINT)
+    said, _ = run.communicate(timeout=120)
+    assert run.returncode != 0
+    assert not runs(job)
+    last = said.splitlines()[-3:]
+    assert last[0] == "Stopped as you asked; 1 job left, those that were running among them."
+    assert last[-1].endswith("the same command again does only what is left.")
+    assert "Error in rule" not in said
+    assert "Traceback" not in said
