@@ -166,3 +166,11 @@ def test_a_process_that_has_ended_is_not_alive_though_nobody_has_asked_how():
     assert not atomic.is_alive(process.pid)
     process.wait()
     assert not atomic.is_alive(process.pid)
+
+
+def test_the_process_of_another_user_is_alive(monkeypatch):
+    def forbidden(process, number):
+        raise PermissionError
+
+    monkeypatch.setattr(os, "kill", forbidden)
+    assert atomic.is_alive(os.getpid())

@@ -95,3 +95,10 @@ def test_a_script_that_is_started_by_hand_has_no_run(script, monkeypatch):
     script("_log").end_with_the_run()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     assert threading.active_count() == before
+
+
+def test_a_job_that_is_done_does_not_wait_for_its_run(tmp_path):
+    where = {"PYTHONPATH": f"{SCRIPTS}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    where |= {"MAMMOSIM_RUN": str(os.getpid())}
+    command = [sys.executable, "-c", JOB.replace("time.sleep(60)", "")]
+    assert subprocess.run(command, env=os.environ | where, timeout=60, check=False).returncode == 0
