@@ -85,8 +85,8 @@ def test_the_system_tells_a_job_that_is_too_busy_to_look():
     busy = JOB.replace("_log; ", "_log; _log.end_behind = lambda run: None; ")
     run, job = begin(f"exec {shlex.quote(sys.executable)} -c {shlex.quote(busy)}")
     run.kill()
-    run.communicate()
     assert ends(job)
+    run.communicate()
 
 
 def test_a_script_that_is_started_by_hand_has_no_run(script, monkeypatch):
