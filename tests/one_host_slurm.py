@@ -77,12 +77,14 @@ class OneHost:
         ended = subprocess.run(command, env=self.environment, text=True, capture_output=True, check=True)
         return ended.stdout
 
-    def jobs(self) -> list["Job"]:
-        """All jobs so far, in the order of their submission."""
-        rows = self.says("squeue", "--states=all", "--sort=i", "--noheader", "--format=%T|%k|%P|%m")
+    def jobs(self, *, since: int = 0) -> list["Job"]:
+        """Jobs with larger numbers, in the order of submission; Slurm forgets what ended 10 min ago."""
+        rows = self.says("squeue", "--states=all", "--sort=i", "--noheader", "--format=%i|%T|%k|%P|%m")
         cells = [row.split("|") for row in rows.splitlines()]
         return [
-            Job(state, comment, partition, megabytes(memory)) for state, comment, partition, memory in cells
+            Job(int(number), state, comment, partition, megabytes(memory))
+            for number, state, comment, partition, memory in cells
+            if int(number) > since
         ]
 
 
@@ -90,6 +92,7 @@ class OneHost:
 class Job:
     """What Slurm knows of a job."""
 
+    number: int
     state: str
     comment: str
     partition: str

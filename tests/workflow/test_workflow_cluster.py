@@ -40,6 +40,11 @@ def submitted(study: Study, slurm, *arguments: str) -> subprocess.CompletedProce
     return subprocess.run(command, env=slurm.environment, text=True, check=False, **out)
 
 
+def last_job(slurm) -> int:
+    """The number of the job that was submitted last."""
+    return max((job.number for job in slurm.jobs()), default=0)
+
+
 @pytest.fixture
 def on_cluster(study, slurm, tmp_path):
     """Run targets in an empty folder."""
@@ -47,12 +52,12 @@ def on_cluster(study, slurm, tmp_path):
 
 
 def test_a_job_says_its_rule_and_asks_for_what_was_measured(on_cluster, slurm, tmp_path):
-    before = len(slurm.jobs())
+    before = last_job(slurm)
     result = on_cluster(IN_A_JOB, HERE)
     assert result.returncode == 0, result.stdout[-3000:]
     assert (tmp_path / IN_A_JOB).exists()
     assert (tmp_path / HERE).exists()
-    (job,) = slurm.jobs()[before:]  # the other one is too short for a job of its own
+    (job,) = slurm.jobs(since=before)  # the other one is too short for a job of its own
     assert job.state == "COMPLETED"
     assert job.comment == "rule_spectrum"
     assert STARTS_MB + 200 <= job.memory_mb < 1500
@@ -60,11 +65,11 @@ def test_a_job_says_its_rule_and_asks_for_what_was_measured(on_cluster, slurm, t
 
 
 def test_wildcards_partition_and_resources_are_as_the_user_says(on_cluster, slurm):
-    before = len(slurm.jobs())
+    before = last_job(slurm)
     chosen = ("--default-resources", "slurm_partition=long", "--set-resources", "digital_body:mem_mb=1234")
     result = on_cluster(WOMAN, *chosen)
     assert result.returncode == 0, result.stdout[-3000:]
-    (job,) = slurm.jobs()[before:]
+    (job,) = slurm.jobs(since=before)
     assert job.comment == "rule_digital_body_wildcards_large"
     assert (job.memory_mb, job.partition) == (1234, "long")
 
@@ -84,12 +89,12 @@ def test_a_failed_job_is_named_last_with_its_reason_and_its_log(study, slurm, tm
 
 
 def test_a_job_without_memory_enough_is_tried_again_and_then_told_in_words(on_cluster, slurm):
-    before = len(slurm.jobs())
+    before = last_job(slurm)
     result = on_cluster(IN_A_JOB, "--set-resources", "spectrum:mem_mb=40", "--retries", "1")
     assert result.returncode != 0
     (told,) = [line for line in result.stdout.splitlines()[-12:] if line.startswith("  spectrum")]
     assert "out of memory: it needed more than its mem_mb = 40" in told
-    assert len(slurm.jobs()[before:]) == 2
+    assert len(slurm.jobs(since=before)) == 2
 
 
 def test_the_tiny_study_ends_with_its_report(on_cluster, tmp_path):

@@ -78,4 +78,7 @@ def test_the_catalogue_finds_what_it_looks_for(repository):
     described = yaml.safe_load((repository / ".snakemake-workflow-catalog.yml").read_text())
     assert set(described["usage"]) == {"mandatory-flags", "software-stack-deployment", "report"}
     assert (repository / "workflow/Snakefile").exists()
+    # One in the root that includes it would be taken first, and know neither its default target (`include`
+    # forgets it) nor its profile (which is looked for beside the Snakefile): `snakemake` would do nothing.
+    assert not (repository / "Snakefile").exists()
     assert (repository / "config/README.md").exists()

@@ -14,6 +14,8 @@ from snakemake.logging import logger
 sys.path.insert(0, str(HOME / "src"))
 SEARCHED = [sys.path[0], *filter(None, os.getenv("PYTHONPATH", "").split(os.pathsep))]
 os.environ.update(PYTHONPATH=os.pathsep.join(dict.fromkeys(SEARCHED)))
+# Scripts end with the process that has started them: with this one, also in a job of a cluster.
+os.environ.update(MAMMOSIM_RUN=str(os.getpid()))
 
 import mammosim
 from mammosim.chain import configuration, relations

@@ -9,25 +9,41 @@ import logging
 import os
 import signal
 import sys
+import threading
+import time
 import traceback
-from pathlib import Path
 from types import TracebackType
 
 from mammosim.core.errors import MammosimError
+from mammosim.io.atomic import is_alive
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
-ORPHANS_PARENT = 1  # where a container is made for one run, the run itself
+RUN = "MAMMOSIM_RUN"  # the process of the run, as common.smk hands it on; none for a script started by hand
+LOOK_S = 1.0
 
 
 def end_with_the_run() -> None:
-    """End at once when the run is killed, and without a traceback when a person ends it."""
+    """End when the run is killed, and without a traceback when a person ends it.
+
+    The system tells of the death of whatever has started this script: the run, where the shell that the run
+    starts gives its place to the script. Not every shell does, so that a thread looks for the run itself.
+    """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    if not sys.platform.startswith("linux"):
+    run = os.environ.get(RUN, "")
+    if not run.isdecimal():
         return
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    first = Path(f"/proc/{ORPHANS_PARENT}/cmdline")
-    if os.getppid() == ORPHANS_PARENT and b"snakemake" not in first.read_bytes():
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if not is_alive(int(run)):
         sys.exit("the run that has started this job has ended")
+    threading.Thread(target=end_behind, args=(int(run),), daemon=True).start()
+
+
+def end_behind(run: int) -> None:
+    """Kill this process as soon as another one has ended."""
+    while is_alive(run):
+        time.sleep(LOOK_S)
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def to(path: str, *, threads: int = 1) -> None:

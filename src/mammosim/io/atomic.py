@@ -13,6 +13,7 @@ from pathlib import Path
 UNFINISHED = ".unfinished-"
 # ASSUME: what is still being written changes within the hour.
 IDLE_S = 3600.0
+ENDED = (b"Z", b"X")  # states of a process that has ended, in /proc
 
 
 @contextmanager
@@ -85,14 +86,18 @@ def _is_abandoned(temporary: Path, writer: str) -> bool:
 
 
 def is_alive(process: int) -> bool:
-    """Whether there is a process of that number on this machine."""
+    """Whether a process of that number runs on this machine; one that has ended may still have its number."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
     except PermissionError:
         pass
-    return True
+    try:
+        state = Path(f"/proc/{process}/stat").read_bytes()
+    except OSError:
+        return True
+    return state.rpartition(b")")[2].split()[0] not in ENDED
 
 
 def _remove(path: Path) -> None:

@@ -4,6 +4,8 @@ import multiprocessing
 import os
 import resource
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -152,3 +154,23 @@ def test_of_a_folder_that_two_write_at_once_the_first_one_stays(tmp_path):
     written("second", meanwhile=lambda: written("first"))
     assert (tmp_path / "shared/a.txt").read_text() == "first"
     assert list(tmp_path.iterdir()) == [tmp_path / "shared"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the state of a process is read from /proc")
+def test_a_process_that_has_ended_is_not_alive_though_nobody_has_asked_how():
+    process = subprocess.Popen(["sleep", "60"])
+    assert atomic.is_alive(process.pid)
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    os.kill(process.pid, 0)  # its number is still there
+    assert not atomic.is_alive(process.pid)
+    process.wait()
+    assert not atomic.is_alive(process.pid)
+
+
+def test_the_process_of_another_user_is_alive(monkeypatch):
+    def forbidden(process, number):
+        raise PermissionError
+
+    monkeypatch.setattr(os, "kill", forbidden)
+    assert atomic.is_alive(os.getpid())

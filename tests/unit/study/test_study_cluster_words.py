@@ -19,7 +19,10 @@ TRACEBACK = "Traceback (most recent call last):\n  File\nValueError: wrong\n"
         ("slurmstepd-vm: error: Step 7 exceeded memory limit (14 > 13)", "CANCELLED", "= 1300"),
         ("slurmstepd: error: StepId=7.0 exceeded memory limit (1 > 0)", "FAILED", "out of memory"),
         ("", "OUT_OF_MEMORY", "out of memory"),
+        ("slurmstepd: error: Some of the step tasks have been OOM Killed.", "FAILED", "out of memory"),
         ("slurmstepd: error: *** JOB 7 ON vm CANCELLED AT 2026-11-30T13:30:00 ***", "CANCELLED", "cancelled"),
+        ("", "CANCELLED", "cancelled on the cluster"),
+        ("srun: error: slow\nsrun: error: vm: no such node", "FAILED", "says: vm: no such node"),
         ("srun: error: vm: task 0: Segmentation fault", "FAILED", "says: vm: task 0: Segmentation fault"),
         (f"{TRACEBACK}srun: error: vm: task 0: Exited with exit code 1", "FAILED", "ValueError: wrong"),
         ("", "NODE_FAIL", "NODE_FAIL"),
@@ -29,6 +32,11 @@ def test_the_cause_is_named_in_one_line(log, status, words):
     reason = cluster_reason(f"Building DAG of jobs...\n{log}\nmore", STATUS.format(status), ASKED)
     assert words in reason
     assert "\n" not in reason
+
+
+def test_of_what_the_cluster_says_of_an_end_the_first_line_is_the_reason():
+    assert cluster_reason("", "the node is gone\nand more", ASKED) == "the node is gone"
+    assert cluster_reason("", "", ASKED) == "the cluster gives no reason"
 
 
 def test_a_submission_that_is_refused_is_told_by_its_error():
@@ -47,6 +55,8 @@ def test_the_job_s_own_error_is_nearer_than_what_the_cluster_says(tmp_path):
     assert (
         Failure("compress small", log, cluster="out of time").lines(0.0)[0] == "  compress small: out of time"
     )
+    told = Failure("compress small", log, mem_mb=4000, cluster="MemoryError of a node").lines(0.0)[0]
+    assert told == "  compress small: MemoryError of a node", "fewer jobs at once leave no more on a cluster"
     assert Failure("compress small", None, cluster="out of time").lines(0.0) == [
         "  compress small: out of time"
     ]
