@@ -1,4 +1,4 @@
-"""Let the environment that runs this find the package in src, wherever the checkout lies."""
+"""Let the environment that runs this find the package in src, wherever that lies, and a system's gmsh."""
 
 import sysconfig
 from pathlib import Path
@@ -11,6 +11,18 @@ def line(source: Path) -> str:
     return f"import sys; sys.path.append({str(source)!a})\n"
 
 
+def link(module: Path, packages: Path) -> None:
+    """Put one module of the system into a folder of packages, and nothing else of the system."""
+    place = packages / module.name
+    place.unlink(missing_ok=True)
+    place.symlink_to(module)
+
+
 if __name__ == "__main__":
-    target = Path(sysconfig.get_path("purelib")) / "mammosim.pth"
-    target.write_text(line(SOURCE), encoding="ascii")
+    from check_system import needs_gmsh, system_gmsh
+
+    packages = Path(sysconfig.get_path("purelib"))
+    (packages / "mammosim.pth").write_text(line(SOURCE), encoding="ascii")
+    gmsh = system_gmsh() if needs_gmsh() else None
+    if gmsh is not None:
+        link(gmsh, packages)

@@ -118,5 +118,5 @@ class DirectSolver:
         return self._symmetric.memory_mb
 
     def release(self) -> None:
-        """Give PARDISO's memory back."""
+        """Give back what memory is not Python's."""
         self._symmetric.release()

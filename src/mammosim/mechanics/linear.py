@@ -1,35 +1,73 @@
-"""Symmetric sparse systems through MKL PARDISO: analysed once, factorised at every Newton iteration.
+"""Symmetric sparse systems: analysed once, factorised at every Newton iteration, by PARDISO or by RSLAB.
 
-pypardiso's public functions know the unsymmetric type only, twice the memory and three times the work; the
-symmetric type goes through its private call, with the upper triangle in compressed rows.
+PARDISO is the faster one (decisions/mechanics_direct.md) and is taken where MKL is installed; the answers
+are the same up to rounding. MAMMOSIM_DIRECT_SOLVER names one.
 """
 
-import copy
-from functools import cache
+import os
+from importlib.util import find_spec
 from types import TracebackType
+from typing import Protocol
 
 import numpy as np
-from pypardiso import PyPardisoSolver
-from pypardiso.pardiso_wrapper import PyPardisoError
 from scipy import sparse
 
-from mammosim.core.errors import MechanicsError
+from mammosim.core.errors import ConfigurationError
 
-_SYMMETRIC_INDEFINITE = -2
-_MKL_CBWR_AUTO = 2
-_ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+CHOICE = "MAMMOSIM_DIRECT_SOLVER"
+PARDISO, RSLAB = "pardiso", "rslab"
 
 
-@cache
-def _library() -> PyPardisoSolver:
-    """MKL, told to give the same bits in every run and for any number of threads."""
-    solver = PyPardisoSolver()
-    solver.libmkl.MKL_CBWR_Set(_MKL_CBWR_AUTO)
-    return solver
+class Factors(Protocol):
+    """K = L D L^T of the upper triangle that it was made with, whose values are replaced in place.
+
+    memory_mb: the peak of analysis and factors; negative_pivots: of the last factors.
+    """
+
+    def analyse(self) -> None:
+        """Order the unknowns and lay out the factors; once, before the first factorisation."""
+
+    def factorise(self) -> None:
+        """Factorise the present values. Raises MechanicsError where there are no factors."""
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """x of K x = b with the last factors, (n,) or (n, m), in the precision of the matrix."""
+        ...
+
+    @property
+    def negative_pivots(self) -> int:
+        """How many eigenvalues are negative."""
+
+    @property
+    def memory_mb(self) -> float:
+        """The peak of analysis and factors."""
+
+    def release(self) -> None:
+        """Give back what memory is not Python's; after an analysis."""
+
+
+def direct_solver() -> str:
+    """Which library factorises here. Raises ConfigurationError for an unknown choice."""
+    chosen = os.environ.get(CHOICE) or (PARDISO if find_spec("pypardiso") else RSLAB)
+    if chosen not in (PARDISO, RSLAB):
+        raise ConfigurationError(f"{CHOICE} is {chosen!r}: {PARDISO} (x86-64 alone) or {RSLAB} can be chosen")
+    if chosen == PARDISO and not find_spec("pypardiso"):
+        raise ConfigurationError(f"{CHOICE} is {PARDISO}, but pypardiso is not installed: choose {RSLAB}")
+    return chosen
+
+
+def _factors(upper: sparse.csr_matrix) -> Factors:
+    if direct_solver() == PARDISO:
+        from mammosim.mechanics.pardiso import PardisoFactors
+
+        return PardisoFactors(upper)
+    from mammosim.mechanics.rslab import RslabFactors
+
+    return RslabFactors(upper)
 
 
 class SymmetricSolver:
-    """One symmetric matrix pattern, K = L D L^T. Use as a context manager, which releases PARDISO's memory.
+    """One symmetric matrix pattern, K = L D L^T. Use as a context manager, which gives its memory back.
 
     The signs of D are those of the eigenvalues of K (Sylvester's law of inertia), so that every factorisation
     tells whether K is positive definite; Cholesky was no faster.
@@ -42,61 +80,37 @@ class SymmetricSolver:
         self._precision = np.float32 if single else np.float64
         values = np.zeros(len(columns), dtype=self._precision)
         self._upper = sparse.csr_matrix((values, columns, row_start), shape=(n, n))
-        self._pardiso = copy.copy(_library())
-        self._pardiso.pt = np.zeros(64, dtype=np.int64)
-        self._pardiso.iparm = np.zeros(64, dtype=np.int32)
-        self._pardiso.perm = np.zeros(n, dtype=np.int32)
-        self._pardiso.mtype = _SYMMETRIC_INDEFINITE
-        iparm = self._pardiso.iparm
-        iparm[0] = 1  # no defaults
-        iparm[1] = 2  # nested dissection, serial: the same order whatever the number of threads
-        iparm[9] = 8  # perturb pivots below 1e-8
-        iparm[20] = 1  # Bunch-Kaufman pivots
-        iparm[27] = int(single)
-        iparm[33] = 1  # sums as one thread would, whatever the number of threads
+        self._factors = _factors(self._upper)
         self._analysed = False
 
     def factorise(self, values: np.ndarray) -> bool:
         """Factorise the matrix with these values of the upper triangle; whether it is positive definite."""
         self._upper.data = np.asarray(values, dtype=self._precision)
         if not self._analysed:
-            self._call(_ANALYSE)
+            self._factors.analyse()
             self._analysed = True
         self.factorisations += 1
-        try:
-            self._call(_FACTORISE)
-        except PyPardisoError as error:
-            raise MechanicsError(
-                f"PARDISO failed with code {error.value} on {self._upper.shape[0]} unknowns "
-                f"({self.memory_mb:.0f} MB); -2 means too little memory: use a coarser mesh"
-            ) from error
+        self._factors.factorise()
         return self.negative_pivots == 0
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """x of K x = b with the last factors, (n,) or (n, m)."""
-        self._pardiso.phase = _SOLVE
-        x = self._pardiso._call_pardiso(self._upper, np.asfortranarray(b, dtype=self._precision))
-        return np.ascontiguousarray(x)
+        return np.ascontiguousarray(self._factors.solve(np.asarray(b, dtype=self._precision)))
 
     @property
     def negative_pivots(self) -> int:
         """Number of negative eigenvalues of the last matrix."""
-        return int(self._pardiso.iparm[22])
+        return self._factors.negative_pivots
 
     @property
     def memory_mb(self) -> float:
         """Peak memory of analysis and factors."""
-        iparm = self._pardiso.iparm
-        return float(max(iparm[14], iparm[15] + iparm[16])) / 1e3
-
-    def _call(self, phase: int) -> None:
-        self._pardiso.phase = phase
-        self._pardiso._call_pardiso(self._upper, np.zeros(self._upper.shape[0], dtype=self._precision))
+        return self._factors.memory_mb
 
     def release(self) -> None:
-        """Give PARDISO's memory back."""
+        """Give back what memory is not Python's."""
         if self._analysed:
-            self._call(_RELEASE)
+            self._factors.release()
             self._analysed = False
 
     def successor(self, row_start: np.ndarray, columns: np.ndarray) -> "SymmetricSolver":

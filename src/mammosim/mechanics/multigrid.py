@@ -140,7 +140,7 @@ class VCycle:
         return max(self._single.memory_mb, self._double.memory_mb)
 
     def release(self) -> None:
-        """Give PARDISO's memory back."""
+        """Give back what memory is not Python's."""
         self._single.release()
         self._double.release()
 

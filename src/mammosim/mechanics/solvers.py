@@ -211,7 +211,7 @@ class MultigridSolver:
         return self._cycle.memory_mb + (self._direct.memory_mb if self._direct else 0.0)
 
     def release(self) -> None:
-        """Give PARDISO's memory back."""
+        """Give back what memory is not Python's."""
         self._cycle.release()
         if self._direct is not None:
             self._direct.release()

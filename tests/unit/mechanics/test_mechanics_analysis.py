@@ -17,15 +17,20 @@ MODULI = (2.0, 1.0, 0.5)
 @pytest.fixture
 def analyses(monkeypatch):
     """The sizes of the matrices that were analysed."""
-    sizes = []
-    call = linear.SymmetricSolver._call
+    sizes, made = [], linear._factors
 
-    def counted(solver, phase):
-        if phase == linear._ANALYSE:
-            sizes.append(solver._upper.shape[0])
-        call(solver, phase)
+    def counted(upper):
+        factors = made(upper)
+        analyse = factors.analyse
 
-    monkeypatch.setattr(linear.SymmetricSolver, "_call", counted)
+        def counting():
+            sizes.append(upper.shape[0])
+            analyse()
+
+        factors.analyse = counting
+        return factors
+
+    monkeypatch.setattr(linear, "_factors", counted)
     return sizes
 
 

@@ -23,6 +23,7 @@ PACKAGES = (
     "numpy",
     "pandas",
     "pypardiso",
+    "rslab",
     "scikit-fem",
     "scikit-learn",
     "scipy",
