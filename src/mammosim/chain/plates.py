@@ -37,7 +37,7 @@ class PlateSize:
 
 @dataclass(frozen=True)
 class PlacedPlates:
-    """Plates before a breast; gap_mm: from the foremost rib behind it to their chest edge; origin: why there."""
+    """Plates before a breast; gap_mm: from the foremost rib behind it to their edge; origin: why there."""
 
     plates: Plates
     gap_mm: float
@@ -104,7 +104,7 @@ def _before(edge: float, skin: np.ndarray, nipple: np.ndarray, plate_mm: PlateSi
 
 
 def _met(held: np.ndarray, plates: Plates, edge: float, contact_mm: float) -> np.ndarray:
-    """Those of points (n, 3) that a plate passes at less than CLEARANCE_MM while it closes from contact_mm."""
+    """Those of points (n, 3) that a plate passes at less than CLEARANCE_MM as it closes from contact_mm."""
     y = (held - plates.centre) @ plates.axes
     height, thick = np.abs(y[:, 2]), plates.half_sizes[2]
     nearest = np.clip(height, thick, contact_mm / 2 + thick)  # where the middle of the plate is then

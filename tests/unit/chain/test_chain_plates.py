@@ -87,7 +87,7 @@ def test_plates_are_chosen_clear_of_skin_that_is_held_beside_the_breast_at_every
 
 
 def test_plates_that_come_upon_no_held_skin_stand_where_they_would(block):
-    """Skin that is held behind their edge moves nothing, and where none is, they stand 20 mm before the ribs."""
+    """Skin that is held behind their edge moves nothing, and where none is, they stand at 20 mm."""
     behind, bare = held_above_and_below(block, 110.0), block(6, 120.0)
     for mesh in (behind, bare):
         stated = craniocaudal_plates(mesh, ABOVE, plate_mm=PLATE_MM, chest_gap_mm=20.0)
