@@ -25,10 +25,9 @@ MAMMOGRAM = "results/xray/ada/left/standard_gravity_mammogram.csv"
 ALWAYS = {"check_input", "fiducials", "mesh", "stress_free", "standard_path", "compress", "phantom", "field"}
 ALWAYS |= {"spectrum", "scatter", "mammogram", "unload"}
 # Smaller than the tiny study: what is asked is whether there is an answer.
-# Cells as large as these hold skin 4 mm in front of where plates usually end: they end further out.
 SMALLEST = {
     "mesh": {"element_mm": {"breast": 26.0, "chest": 34.0}},
-    "compression": {"thickness_mm": {"ada": 45.0}, "steps": 3, "chest_gap_mm": 30.0},
+    "compression": {"thickness_mm": {"ada": 45.0}, "steps": 3},
     "xray": {
         **{"energies": 4, "voxel_mm": 5.0, "pixel_mm": 3.0, "scatter_error_percent": 30.0},
         "calcifications": {"pixel_mm": 0.4, "images": 5},

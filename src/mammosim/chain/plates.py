@@ -5,16 +5,20 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from mammosim.chain.thickness import GIVEN
 from mammosim.core.errors import MeshError
 from mammosim.core.mesh import SUBTRIANGLES, TetMesh
 from mammosim.core.settings import require_positive
 from mammosim.io.compiled import njit
+from mammosim.mechanics.effects import RoundedBox
 from mammosim.mechanics.paddles import Plates
 
 # Held points this far above and below the nipple are the ribs behind the breast, not a cut of the body.
 LEVEL_MM = 40.0
 # Skin this far above and below the nipple is the chest's; the plates pass it at this distance.
 BREAST_MM, CLEARANCE_MM = 80.0, 1.0
+# ASSUME: from the ribs to the edge of the plates: muscle, fat, skin and a little air.
+GAP_MM = 20.0
 UP, FORWARD = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
@@ -31,37 +35,83 @@ class PlateSize:
         require_positive(self, "width", "depth", "height", "edge_radius")
 
 
+@dataclass(frozen=True)
+class PlacedPlates:
+    """Plates before a breast; gap_mm: from the foremost rib behind it to their edge; origin: why there."""
+
+    plates: Plates
+    gap_mm: float
+    origin: str = GIVEN
+
+
 def craniocaudal_plates(
-    mesh: TetMesh, nipple: np.ndarray, *, plate_mm: PlateSize, chest_gap_mm: float
-) -> Plates:
+    mesh: TetMesh, nipple: np.ndarray, *, plate_mm: PlateSize, chest_gap_mm: float | None = None
+) -> PlacedPlates:
     """Two horizontal plates in front of the chest wall, level with the breast between them.
 
     nipple (3,) mm, stress-free; chest_gap_mm: from the foremost rib behind the breast to the plates' chest
-    edge, which also keeps clear of the chest's skin above and below the breast.
+    edge, which also keeps clear of the chest's skin above and below the breast. None: GAP_MM, or more, so
+    that the plates are clear of what is held at every distance from first contact on.
     Raises MeshError when no skin lies between them.
     """
     # ASSUME: the plates end in front of the chest's skin; the breast is not pulled onto them.
     # ASSUME: only one breast is between the plates; the other is kept out of their way.
     half_width = plate_mm.width / 2
+    rib = _foremost_rib(mesh, nipple, half_width)
+    skin = mesh.points[mesh.boundary_nodes("skin")]
+    skin = skin[np.abs(skin[:, 0] - nipple[0]) < half_width]
+    chest = skin[np.abs(skin[:, 2] - nipple[2]) > BREAST_MM, 1].min(initial=np.inf)
+    wanted = rib - (GAP_MM if chest_gap_mm is None else chest_gap_mm)
+    edge = min(wanted, chest - CLEARANCE_MM)
+    plates = _before(edge, skin, nipple, plate_mm, rib)
+    origin = f"chosen: {GAP_MM:g} mm" if chest_gap_mm is None else GIVEN
+    if edge < wanted:
+        origin += f", and {wanted - edge:.1f} mm clear of the chest's skin"
+    if chest_gap_mm is None:
+        held = mesh.points[mesh.boundary_nodes("posterior")]
+        clear = edge
+        while len(met := _met(held, plates, clear, plates.first_contact(skin))):
+            clear = met[:, 1].min() - CLEARANCE_MM
+            plates = _before(clear, skin, nipple, plate_mm, rib)
+        if clear < edge:
+            origin += f", and {edge - clear:.1f} mm clear of what is held at the chest"
+            edge = clear
+    return PlacedPlates(plates, float(rib - edge), origin)
+
+
+def _foremost_rib(mesh: TetMesh, nipple: np.ndarray, half_width: float) -> float:
+    """Its y in mm. Raises MeshError where no rib is behind a nipple (3,)."""
     behind = mesh.points[mesh.boundary_nodes("posterior")]
     near = (np.abs(behind[:, 0] - nipple[0]) < half_width) & (np.abs(behind[:, 2] - nipple[2]) < LEVEL_MM)
     if not near.any():
         raise MeshError(f"no chest wall within {half_width:g} mm of the nipple's x = {nipple[0]:.0f} mm")
-    skin = mesh.points[mesh.boundary_nodes("skin")]
-    skin = skin[np.abs(skin[:, 0] - nipple[0]) < half_width]
-    chest = skin[np.abs(skin[:, 2] - nipple[2]) > BREAST_MM, 1].min(initial=np.inf)
-    edge = min(behind[near, 1].min() - chest_gap_mm, chest - CLEARANCE_MM)
+    return float(behind[near, 1].min())
+
+
+def _before(edge: float, skin: np.ndarray, nipple: np.ndarray, plate_mm: PlateSize, rib: float) -> Plates:
+    """Plates that end at y = edge, level with the skin (n, 3) before it; rib: y of the foremost one, mm."""
     between = skin[skin[:, 1] < edge]
     if len(between) == 0:
         raise MeshError(
             f"no skin lies before the plates' chest edge at y = {edge:.0f} mm; the breast reaches to "
-            f"{skin[:, 1].min():.0f} mm: reduce chest_gap_mm = {chest_gap_mm:g}"
+            f"{skin[:, 1].min():.0f} mm: reduce chest_gap_mm = {rib - edge:g}"
         )
     level = (between[:, 2].min() + between[:, 2].max()) / 2
     half = np.array([plate_mm.depth, plate_mm.width, plate_mm.height]) / 2
     centre = np.array([nipple[0], edge - half[0], level])
     axes = np.column_stack([FORWARD, np.cross(UP, FORWARD), UP])
     return Plates(centre, axes, half, plate_mm.edge_radius)
+
+
+def _met(held: np.ndarray, plates: Plates, edge: float, contact_mm: float) -> np.ndarray:
+    """Those of points (n, 3) that a plate passes at less than CLEARANCE_MM as it closes from contact_mm."""
+    y = (held - plates.centre) @ plates.axes
+    height, thick = np.abs(y[:, 2]), plates.half_sizes[2]
+    nearest = np.clip(height, thick, contact_mm / 2 + thick)  # where the middle of the plate is then
+    y[:, 2] = height - nearest
+    box = RoundedBox(np.zeros(3), np.eye(3), plates.half_sizes, plates.edge_radius_mm)
+    found: np.ndarray = held[(box.distance(y) < CLEARANCE_MM) & (held[:, 1] < edge + CLEARANCE_MM)]
+    return found
 
 
 def plate_facts(plates: Plates, thickness_mm: float, *, widest_mm: float = 0.0) -> dict[str, float]:

@@ -23,7 +23,7 @@ from mammosim.chain.unloaded import pressed_factor
 from mammosim.core.errors import MammosimError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
-from mammosim.core.settings import Positive, looked_up, read, require_positive
+from mammosim.core.settings import NotNegative, Positive, looked_up, read, require_positive
 from mammosim.core.units import UJ_PER_MJ
 from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
 from mammosim.io.tables import read_json, read_table, write_json, write_table
@@ -36,7 +36,7 @@ LAST = ("force_n", "support_force_n", "chest_force_n", "contact_area_mm2", "mean
 PATH = ("thickness_mm", "readout_mm", *LAST, "energy_uj", "work_uj", "iterations", "seconds")
 MEASURED = ("plates_mm", "thickness_mm", "thickness_min_mm", "thickness_max_mm", *LAST, "imbalance_percent",
             "green_lagrange_p95", "logarithmic_p95", "energy_kpa_p95", "energy_mj", "work_mj",
-            "seconds", "thickness_from", "moduli_factor")  # fmt: skip
+            "seconds", "thickness_from", "chest_gap_mm", "chest_gap_from", "moduli_factor")  # fmt: skip
 AMOUNTS = ("measure", "threshold", "tissue", "amount", "unit")
 
 
@@ -105,7 +105,8 @@ def _row(
     plates_mm: the distance that the machine reads; thickness_*: of the faces in contact with the paddle, by
     area: the middle one (median), the least and the greatest; *_p95: 95 % of the tissue under the plates has
     less; imbalance_percent: what paddle, support and chest wall leave of each other, of the paddle's force;
-    thickness_from: chain.thickness.StandardThickness.origin; moduli_factor: see chain.stress_free.
+    thickness_from: chain.thickness.StandardThickness.origin; chest_gap_mm, chest_gap_from:
+    chain.plates.PlacedPlates; moduli_factor: see chain.stress_free.
     """
     last = found.path.iloc[-1]
     gap = _gap_at_paddle(setup.mesh, found, faces)
@@ -126,6 +127,8 @@ def _row(
         "work_mj": float(last.work_uj / UJ_PER_MJ),
         "seconds": float(found.path.seconds.sum()),
         "thickness_from": setup.thickness_from,
+        "chest_gap_mm": setup.chest_gap_mm,
+        "chest_gap_from": setup.chest_gap_from,
         "moduli_factor": setup.moduli_factor,
         "outcome": CONVERGED,
     }
@@ -162,14 +165,15 @@ STANDING = "upright"
 
 @dataclass(frozen=True)
 class CompressionSettings:
-    """`compression`: the plates; chest_gap_mm from the ribs to their edge; and how a path is solved.
+    """`compression`: the plates; chest_gap_mm from the ribs to their edge, None for one that
+    is chosen (chain.plates); and how a path is solved.
 
     depth_share: see chain.thickness; smallest_mm: no strategy presses further; steps: of the path from first
     contact; penetration_mm: largest depth of skin in a plate.
     """
 
     plate_mm: PlateSize
-    chest_gap_mm: float
+    chest_gap_mm: NotNegative | None
     depth_share: float
     smallest_mm: float
     steps: int
@@ -194,7 +198,8 @@ def press_setup(inputs: Inputs) -> PressSetup:
     hanging = breast.to_reference(breast.nipple[None])
     nipple = MaterialPoints.on(measured, hanging).carry(rest.points)[0]
     given = looked_up(CompressionSettings, inputs.setting, "compression")
-    plates = craniocaudal_plates(rest, nipple, plate_mm=given.plate_mm, chest_gap_mm=given.chest_gap_mm)
+    placed = craniocaudal_plates(rest, nipple, plate_mm=given.plate_mm, chest_gap_mm=given.chest_gap_mm)
+    plates = placed.plates
     effects = body.effects(rest)
     if inputs.has("weight"):
         effects += (body.weight(rest, gravity_direction(STANDING)),)
@@ -210,6 +215,8 @@ def press_setup(inputs: Inputs) -> PressSetup:
         load.moduli,
         thickness_mm=standard.mm,
         thickness_from=standard.origin,
+        chest_gap_mm=placed.gap_mm,
+        chest_gap_from=placed.origin,
         moduli_factor=pressed_factor(inputs),
         smallest_mm=given.smallest_mm,
         solved=PressSettings(steps=given.steps, penetration_mm=given.penetration_mm),

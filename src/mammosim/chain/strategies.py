@@ -62,7 +62,7 @@ class PressSetup:
     thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the load path of
     the standard strategy of the same breast and moduli, None where it is not known; solved: how a rigid
     paddle's path is; thickness_from: chain.thickness.StandardThickness.origin; moduli_factor: by what all
-    moduli of the effects were multiplied.
+    moduli of the effects were multiplied; chest_gap_mm, chest_gap_from: chain.plates.PlacedPlates.
     """
 
     mesh: TetMesh
@@ -75,6 +75,8 @@ class PressSetup:
     solved: PressSettings = field(default_factory=PressSettings)
     thickness_from: str = GIVEN
     moduli_factor: float = 1.0
+    chest_gap_mm: float = float("nan")
+    chest_gap_from: str = GIVEN
 
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.

@@ -71,14 +71,15 @@ class Skin:
         return ", ".join(f"{axis} {a:.0f} to {b:.0f}" for axis, a, b in zip("xyz", low, high)) + " mm"
 
 
-def _mirrored(axis: int) -> Callable[[np.ndarray, Grid], np.ndarray]:
-    """Points mirrored about the middle of the image along x, y or z."""
+def mirrored(*axes: int) -> Callable[[np.ndarray, Grid], np.ndarray]:
+    """Points (n, 3) mirrored about the middle of a grid, along those of its axes that are next to x, y, z."""
 
     def of(points: np.ndarray, grid: Grid) -> np.ndarray:
-        middle = grid.points((np.array([grid.shape], float) - 1) / 2)[0]
-        mirrored = points.copy()
-        mirrored[:, axis] = 2 * middle[axis] - points[:, axis]
-        return mirrored
+        kji = grid.indices(points)
+        for axis in axes:
+            along = 2 - int(np.argmax(np.abs(grid.direction[axis])))
+            kji[:, along] = grid.shape[along] - 1 - kji[:, along]
+        return grid.points(kji)
 
     return of
 
@@ -106,15 +107,15 @@ MISTAKES: tuple[Mistake, ...] = (
     ),
     (
         "mirrored head to feet",
-        _mirrored(2),
+        mirrored(2),
         "the image or the list is upside down: correct the image's orientation",
     ),
     (
         "mirrored front to back",
-        _mirrored(1),
+        mirrored(1),
         "the image or the list is the wrong way round: correct the image's orientation",
     ),
-    ("mirrored left to right", _mirrored(0), "the image or the list is mirrored: correct its orientation"),
+    ("mirrored left to right", mirrored(0), "the image or the list is mirrored: correct its orientation"),
 )
 
 

@@ -112,7 +112,7 @@ class Press:
         if depth > self.settings.penetration_mm:
             raise MechanicsError(
                 f"the plates meet the chest wall: at {thickness:.1f} mm, held skin would be {depth:.1f} mm "
-                "inside one of them; move their chest edge outward, or ask for a larger thickness"
+                "inside one of them; move their chest edge outward (chest_gap_mm), or ask for more thickness"
             )
 
     def _carried(self, stage: Stage) -> Stage:

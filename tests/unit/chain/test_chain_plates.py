@@ -1,6 +1,7 @@
 """Plates stand in front of the chest, level with the breast; views and headlines come from plain values."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from small_breast import small_chain
 from mammosim.chain.beam import spectrum_from, spectrum_table
 from mammosim.chain.plates import PlateSize, craniocaudal_plates, plate_facts
 from mammosim.chain.stress_free import StressFree
+from mammosim.chain.thickness import GIVEN
 from mammosim.core.errors import MeshError
 from mammosim.core.labels import Label
 from mammosim.core.rigid import IDENTITY
@@ -27,7 +29,7 @@ PLATE_MM = PlateSize(width=20.0, depth=40.0, height=20.0, edge_radius=5.0)
 def test_plates_end_before_the_chest_and_are_level_with_the_breast(block):
     mesh = block()  # a cube of 30 mm whose face y = 30 is held
     nipple = np.array([15.0, 0.0, 12.0])
-    plates = craniocaudal_plates(mesh, nipple, plate_mm=PLATE_MM, chest_gap_mm=10.0)
+    plates = craniocaudal_plates(mesh, nipple, plate_mm=PLATE_MM, chest_gap_mm=10.0).plates
     facts = plate_facts(plates, 16.0)
     assert facts["chest_y_mm"] == pytest.approx(20.0)  # the held face less the gap
     assert (facts["support_z_mm"], facts["paddle_z_mm"]) == pytest.approx((7.0, 23.0))  # around z = 15
@@ -41,10 +43,57 @@ def test_plates_keep_clear_of_the_skin_of_the_chest_above_and_below_the_breast(b
     x = mesh.points.copy()
     near = np.abs(x[:, 2] - 150.0) < 60.0
     x[near & (x[:, 1] < 1.0), 1] -= 60.0
-    plates = craniocaudal_plates(
+    placed = craniocaudal_plates(
         mesh.moved_to(x), np.array([150.0, -60.0, 150.0]), plate_mm=PLATE_MM, chest_gap_mm=10.0
     )
-    assert plate_facts(plates, 16.0)["chest_y_mm"] == pytest.approx(-1.0)
+    assert plate_facts(placed.plates, 16.0)["chest_y_mm"] == pytest.approx(-1.0)
+    assert placed.gap_mm == pytest.approx(301.0)
+    assert placed.origin == "given, and 291.0 mm clear of the chest's skin"
+
+
+ABOVE = np.array([60.0, 0.0, 60.0])
+
+
+def held_above_and_below(block, y: float):
+    """A cube of 120 mm that is held at its back, and at its top and bottom from y on."""
+    mesh = block(6, 120.0)
+    skin = mesh.boundaries["skin"]
+    far = (mesh.points[skin][..., 1] >= y) & (np.abs(mesh.points[skin][..., 2] - 60) == 60)
+    held = far.all(axis=1)
+    posterior = np.vstack([mesh.boundaries["posterior"], skin[held]])
+    return replace(mesh, boundaries={"skin": skin[~held], "posterior": posterior})
+
+
+def closing(plates, mesh):
+    """The least distance of held nodes from a plate that closes, step by step."""
+    held = mesh.points[mesh.boundary_nodes("posterior")]
+    first = plates.first_contact(mesh.points[mesh.boundary_nodes("skin")])
+    return min(
+        box.distance(held).min() for thickness in np.linspace(first, 0, 49) for box in plates.at(thickness)
+    )
+
+
+def test_plates_are_chosen_clear_of_skin_that_is_held_beside_the_breast_at_every_distance(block):
+    """Skin is held 60 mm before the ribs, 60 mm above and below: plates 20 mm before them come upon it."""
+    mesh = held_above_and_below(block, 60.0)
+    deep = replace(PLATE_MM, depth=80.0)
+    stated = craniocaudal_plates(mesh, ABOVE, plate_mm=deep, chest_gap_mm=20.0)
+    assert closing(stated.plates, mesh) < 0
+    assert (stated.gap_mm, stated.origin) == (pytest.approx(20.0), GIVEN)
+    chosen = craniocaudal_plates(mesh, ABOVE, plate_mm=deep)
+    assert closing(chosen.plates, mesh) == pytest.approx(1.0, abs=1e-6)
+    assert chosen.gap_mm == pytest.approx(61.0)
+    assert chosen.origin == "chosen: 20 mm, and 41.0 mm clear of what is held at the chest"
+
+
+def test_plates_that_come_upon_no_held_skin_stand_where_they_would(block):
+    """Skin that is held behind their edge moves nothing, and where none is, they stand at 20 mm."""
+    behind, bare = held_above_and_below(block, 110.0), block(6, 120.0)
+    for mesh in (behind, bare):
+        stated = craniocaudal_plates(mesh, ABOVE, plate_mm=PLATE_MM, chest_gap_mm=20.0)
+        chosen = craniocaudal_plates(mesh, ABOVE, plate_mm=PLATE_MM)
+        np.testing.assert_array_equal(chosen.plates.centre, stated.plates.centre)
+        assert chosen.origin == "chosen: 20 mm"
 
 
 def test_between_the_plates_weight_pulls_to_the_floor_on_which_she_stands(block, repository):

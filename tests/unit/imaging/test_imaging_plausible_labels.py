@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tiny_woman import tiny_image, tiny_labels
 
 from mammosim.core.errors import ImageError
@@ -87,10 +88,39 @@ def test_labels_of_one_breast_are_not_taken_for_those_of_the_other():
         require_drawn_in(replace(labels, values=values), tiny_image(labels))
 
 
-@pytest.mark.parametrize("shift", [[0.0, 40.0, 0.0], [0.0, -20.0, 0.0]])
-def test_labels_that_lie_in_the_body_and_off_its_skin_are_rejected(shift):
-    labels = tiny_labels()
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("step", [-20.0, -10.0, 10.0, 20.0])
+def test_labels_that_are_moved_against_their_image_are_found_with_how_far(axis, step):
+    labels, shift = uneven(), step * np.eye(3)[axis]
+    back = " ".join(f"{each:.0f}" for each in 0.0 - shift)
+    with pytest.raises(
+        ImageError, match=rf"^the labels lie elsewhere than .*; moved by {back} mm .* their"
+    ) as e:
+        require_drawn_in(moved(labels, shift), tiny_image(labels))
+    assert len(str(e.value).splitlines()) == 1
+
+
+def test_labels_of_a_single_tissue_that_are_moved_are_found_from_20_mm_on():
+    labels = of_one_code(uneven())
+    require_drawn_in(labels, tiny_image(uneven()))
+    with pytest.raises(ImageError, match=r"moved by -20 0 0 mm"):
+        require_drawn_in(moved(labels, [20.0, 0.0, 0.0]), tiny_image(uneven()))
+
+
+def test_labels_on_a_tilted_grid_that_are_mirrored_along_it_are_found():
+    """Tilted by 8 degrees about y: mirrored along x, and not along the grid, its ends would be 20 mm off."""
+    labels, tilt = uneven(), Rotation.from_rotvec([0.0, np.radians(8.0), 0.0]).as_matrix()
+    tilted = replace(labels, grid=replace(labels.grid, direction=tilt))
+    require_drawn_in(tilted, tiny_image(tilted))
+    with pytest.raises(ImageError, match=r"mirrored left to right their skin is 2\.\d mm"):
+        require_drawn_in(flipped(tilted, 2), tiny_image(tilted))
+
+
+def test_labels_that_lie_in_the_body_and_off_its_skin_are_rejected():
+    """Half as large as the body: nowhere does their front fit its skin."""
+    labels, grid = uneven(), uneven().grid
+    small = Grid(grid.shape, grid.spacing / 2, grid.origin / 2 + [0.0, 20.0, 0.0], grid.direction)
     with pytest.raises(
         ImageError, match=r"^\d+ % of the front of the labelled tissue lie within .* of one posi"
     ):
-        require_drawn_in(moved(labels, shift), tiny_image(labels))
+        require_drawn_in(LabelMap(small, labels.values), tiny_image(labels))

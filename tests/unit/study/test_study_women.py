@@ -53,6 +53,7 @@ def test_a_verdict_is_one_line_with_the_first_reason():
 def test_what_was_done_shows_answers_gaps_and_links_from_her_folder():
     pressed = pd.DataFrame(
         {"side": ["left"], "strategy": ["standard"], "thickness_from": ["chosen: half"], "force_n": [3.2]}
+        | {"chest_gap_mm": [23.4], "chest_gap_from": ["clear of held skin"]}
     )
     missing = pd.DataFrame({"reason": ["the breast slipped out"], "tables": ["image"], "figures": [""]})
     sections = done_sections(
@@ -67,7 +68,15 @@ def test_what_was_done_shows_answers_gaps_and_links_from_her_folder():
     )
     page = report("ada", sections, numbers={})
     assert '<a href="../../../results/dose/ada.csv">dose/ada.csv</a>' in page
-    for words in ("chosen: half", "3.2", "the breast slipped out", PLAN[1][1], "Half of her depth."):
+    for words in (
+        "chosen: half",
+        "23.4",
+        "clear of held skin",
+        "3.2",
+        "the breast slipped out",
+        PLAN[1][1],
+        "Half of her depth.",
+    ):
         assert words in page
     assert page.count("chosen: half") == 1, "only the tables that answer are shown"
 

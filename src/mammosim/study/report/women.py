@@ -19,10 +19,11 @@ ANSWERS: Mapping[str, tuple[str, tuple[str, ...]]] = {
         ("position", "method", "moduli_factor", "adipose_kpa", "glandular_kpa", "skin_kpa", "largest_mm"),
     ),
     "compression": (
-        "Her breast between the plates; moduli_factor: by what all moduli of the set were multiplied.",
+        "Her breast between the plates; moduli_factor: by what all moduli of the set were multiplied; "
+        "chest_gap_mm: from the ribs to the edge of the plates.",
         (
-            *("side", "strategy", "moduli", "moduli_factor", "plates_mm", "thickness_from", "force_n"),
-            "mean_pressure_kpa",
+            *("side", "strategy", "moduli", "moduli_factor", "plates_mm", "thickness_from"),
+            *("chest_gap_mm", "chest_gap_from", "force_n", "mean_pressure_kpa"),
         ),
     ),
     "image": (
