@@ -5,14 +5,35 @@ symmetric type goes through its private call, with the upper triangle in compres
 """
 
 import copy
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 
 import numpy as np
-from pypardiso import PyPardisoSolver
-from pypardiso.pardiso_wrapper import PyPardisoError
 from scipy import sparse
 
 from mammosim.core.errors import MechanicsError
+
+
+@contextmanager
+def _told_where_mkl_is() -> Iterator[None]:
+    """Otherwise pypardiso walks through every folder of the environment at each start: 0.2 s, twice."""
+    name, found = "PYPARDISO_MKL_RT", next(Path(sys.prefix, "lib").glob("libmkl_rt.*"), None)
+    untold = name not in os.environ and found is not None
+    if untold:
+        os.environ[name] = str(found)
+    yield
+    if untold:
+        del os.environ[name]  # a child process may have an environment, and an MKL, of its own
+
+
+with _told_where_mkl_is():
+    from pypardiso import PyPardisoSolver
+    from pypardiso.pardiso_wrapper import PyPardisoError
+    from pypardiso.scipy_aliases import pypardiso_solver
 
 _SYMMETRIC_INDEFINITE = -2
 _MKL_CBWR_AUTO = 2
@@ -22,7 +43,7 @@ _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 @cache
 def _library() -> PyPardisoSolver:
     """MKL, told to give the same bits in every run and for any number of threads."""
-    solver = PyPardisoSolver()
+    solver: PyPardisoSolver = pypardiso_solver
     solver.libmkl.MKL_CBWR_Set(_MKL_CBWR_AUTO)
     return solver
 
