@@ -30,7 +30,7 @@ def made(text):
         {
             **{"point": str(n), "volunteer": "small", "side": "left", "shown": dict(point.shown)},
             **{"answers": {"agd_mgy": dose(point.shown)}, "errors": {"agd_mgy": 0.05}, "seconds": 1.0},
-            **{"outcome": "converged", "reason": ""},
+            **{"outcome": "converged", "reason": "", "moduli_factor": 1.0},
         }
         for n, point in enumerate(campaign.points())
     ]
