@@ -92,7 +92,7 @@ def test_a_campaign_that_cannot_be_meant_is_refused_before_any_job(study, change
     assert "mine.yaml" in line
 
 
-# Scripts write a word, and a batch its rows; while `broken` is there, the program fails in the point of 2 kPa.
+# Scripts write a word, a batch its rows; while `broken` is there, the program fails in the point of 2 kPa.
 WORD = """from pathlib import Path
 
 for path in map(Path, snakemake.output):

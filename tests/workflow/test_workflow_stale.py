@@ -65,6 +65,17 @@ def test_a_slice_overwritten_in_place_is_another_image_whatever_its_date(hers):
     assert stale(hers) == set()
 
 
+def test_what_a_system_leaves_in_a_folder_of_images_reruns_nothing(hers):
+    series = hers.run / "mine/prone"
+    for name in (".DS_Store", "._1.dcm", "Thumbs.db"):
+        (series / name).write_bytes(b"left behind")
+    assert stale(hers) == set()
+    (series / "3.dcm").write_bytes(b"one more slice")
+    assert stale(hers) == MADE
+    (series / "3.dcm").unlink()
+    assert stale(hers) == set()
+
+
 def test_another_version_of_a_package_reruns_what_imports_it(hers):
     lock = hers.home / "environment.lock"
     text = lock.read_text()

@@ -130,3 +130,42 @@ def test_every_file_of_settings_of_the_study_can_be_read(read, repository):
     files = [path for folder in folders for path in sorted((repository / folder).rglob("*.yaml"))]
     assert len(files) > 30
     assert all(isinstance(read(path), dict) for path in files)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--configfile", "none.yaml"],
+        ["--configfile", "{smoke}", "results/x.csv"],
+        ["--configfiles=none.yaml"],
+    ],
+)
+def test_a_file_of_settings_that_is_not_there_is_said_in_one_line(repository, tmp_path, words):
+    """Also a target that is taken for one, since `--` is left out."""
+    result = begun(repository, tmp_path, *words)
+    assert result.returncode == 1
+    said = [
+        line for line in result.stderr.splitlines() if not line.startswith("Using workflow specific profile")
+    ]
+    (line,) = said
+    assert "there is no such file in" in line
+    assert "write -- before it" in line
+
+
+def test_files_of_settings_that_are_there_are_read(repository, tmp_path):
+    result = begun(repository, tmp_path, "--configfile", "{smoke}", "--", "results/xray/spectrum.csv")
+    assert result.returncode == 0, result.stderr
+
+
+def begun(repository, folder, *words: str) -> subprocess.CompletedProcess[str]:
+    """A dry run in a folder, with the profile that is loaded by itself; {smoke}: the smoke configuration."""
+    words = [word.format(smoke=repository / "config/smoke.yaml") for word in words]
+    snakemake = [
+        sys.executable,
+        "-m",
+        "snakemake",
+        "--snakefile",
+        str(repository / "workflow/Snakefile"),
+        "-n",
+    ]
+    return subprocess.run([*snakemake, *words], cwd=folder, text=True, capture_output=True, check=False)

@@ -172,6 +172,11 @@ def reads(*products):
     return of
 
 
+def given_labels_inputs(wildcards):
+    """What labels that a person gave are read from; a folder of them is known by its files."""
+    return {name: place_of(path) for name, path in reads("labels")(wildcards).items()}
+
+
 def study_chain(wildcards):
     """The study's chain of the breast of a job."""
     settings, effects = study_case(wildcards)

@@ -4,8 +4,8 @@
 rule check_input:
     """What is given of one position, rejected when it cannot be used; nothing else is touched then."""
     input:
-        images=lambda wildcards: row(wildcards).images or [],
-        labels=lambda wildcards: row(wildcards).labels or [],
+        images=lambda wildcards: place_of(row(wildcards).images),
+        labels=lambda wildcards: place_of(row(wildcards).labels),
         files=lambda wildcards: [*files_of(row(wildcards).images), *files_of(row(wildcards).labels)],
         codes=codes_file,
         listed=lambda wildcards: row(wildcards).fiducials or [],
@@ -56,7 +56,7 @@ rule import_image:
     input:
         checked="results/checked/{v}_{p}.csv",
         others=ancient(all_of_her_checked),
-        images=lambda wildcards: row(wildcards).images,
+        images=lambda wildcards: place_of(row(wildcards).images),
         files=lambda wildcards: files_of(row(wildcards).images),
     output:
         "results/images/{v}/{p}.nii.gz",
@@ -138,7 +138,7 @@ rule segment:
 rule take_labels:
     """Tissue labels of one position that a person gave, in the place of a segmentation."""
     input:
-        unpack(reads("labels")),
+        unpack(given_labels_inputs),
         files=lambda wildcards: files_of(row(wildcards).labels),
         codes=codes_file,
         checked="results/checked/{v}_{p}.csv",

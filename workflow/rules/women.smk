@@ -168,6 +168,11 @@ def files_of(path):
     return [] if path.startswith("results/") else parts(path)
 
 
+def place_of(path):
+    """A path of the table as an input. The date of a folder says nothing: that of each of its files does."""
+    return ancient(path) if path and Path(path).is_dir() and not path.startswith("results/") else path or []
+
+
 @cache
 def content_of(*paths):
     """A digest by which these files are known, whatever their dates."""

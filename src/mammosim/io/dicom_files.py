@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mammosim.core.errors import ImageError
+from mammosim.io.hidden import is_hidden
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class File:
 
 @contextmanager
 def dicom_files(path: str | Path) -> Iterator[list[File]]:
-    """All files of a folder, of a zip and of zips within, or the one file; hidden ones are left out.
+    """All files of a folder, of a zip and of zips within, or the one file; those of io.hidden are left out.
 
     Raises ImageError: not there; a zip that is damaged or encrypted; a link to nothing.
     """
@@ -36,7 +37,7 @@ def dicom_files(path: str | Path) -> Iterator[list[File]]:
 def _files(path: Path, stack: ExitStack) -> Iterator[File]:
     for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
         name = str(file.relative_to(path)) if file != path else file.name
-        if _hidden(name) or file.is_dir():
+        if is_hidden(name) or file.is_dir():
             continue
         if not file.is_file():
             raise ImageError(f"{path}: {name} is a link to nothing; copy the files that are linked, too")
@@ -63,7 +64,7 @@ def _zipped(source: Path | BytesIO, prefix: str, where: str, stack: ExitStack) -
         raise ImageError(f"{where} is no whole zip archive; copy it again, or give what is in it") from None
     for member in sorted(archive.infolist(), key=lambda member: member.filename):
         name = prefix + member.filename
-        if member.is_dir() or _hidden(member.filename):
+        if member.is_dir() or is_hidden(member.filename):
             continue
         unpacked = _unpacking(archive, member, where)
         if member.filename.lower().endswith(".zip"):
@@ -83,8 +84,3 @@ def _unpacking(archive: zipfile.ZipFile, member: zipfile.ZipInfo, where: str) ->
         raise ImageError(f"{where}: {member.filename} {wrong}")
 
     return unpacked
-
-
-def _hidden(name: str) -> bool:
-    """Files that a system leaves beside others, e.g. .DS_Store, ._1.dcm, __MACOSX."""
-    return any(part.startswith(".") or part == "__MACOSX" for part in Path(name).parts)

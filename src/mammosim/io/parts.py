@@ -5,6 +5,8 @@ from collections.abc import Iterable
 from hashlib import sha256
 from pathlib import Path
 
+from mammosim.io.hidden import is_hidden
+
 DETACHED = re.compile(r"^\s*(?:ElementDataFile\s*=|data ?file:)\s*(?P<name>[^\n]+?)\s*$", re.I | re.M)
 HEADERS = (".mhd", ".nhdr")
 INSIDE = ("local", "list")  # no name of a file: the data follow, or a list of names does
@@ -12,12 +14,16 @@ HEAD = 4096  # bytes: the identifiers of a DICOM file stand among the first
 
 
 def parts(path: str) -> list[str]:
-    """All files below a folder, or a file with those that its header names; of an empty path nothing."""
+    """All files below a folder, or a file with those that its header names; of an empty path nothing.
+
+    Without those that a system leaves beside them, and that no reader opens.
+    """
     if not path:
         return []
     place = Path(path)
     if place.is_dir():
-        return sorted(str(file) for file in place.rglob("*") if file.is_file())
+        files = (file for file in place.rglob("*") if file.is_file())
+        return sorted(str(file) for file in files if not is_hidden(file.relative_to(place)))
     if not place.is_file():
         return []
     return [path, *_detached(place)]

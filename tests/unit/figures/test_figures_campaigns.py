@@ -30,7 +30,7 @@ def made(text):
         {
             **{"point": str(n), "volunteer": "small", "side": "left", "shown": dict(point.shown)},
             **{"answers": {"agd_mgy": dose(point.shown)}, "errors": {"agd_mgy": 0.05}, "seconds": 1.0},
-            **{"outcome": "converged", "reason": ""},
+            **{"outcome": "converged", "reason": "", "moduli_factor": 1.0},
         }
         for n, point in enumerate(campaign.points())
     ]
@@ -54,6 +54,9 @@ def test_an_answer_is_drawn_against_each_setting_on_its_own_scale():
     middle = gland.lines[1]
     expected = table.groupby(GLAND).agd_mgy.median()
     assert np.allclose(middle.get_xydata(), np.column_stack([expected.index, expected]))
+    band = gland.collections[0].get_paths()[0].vertices
+    assert band[:, 1].min() == pytest.approx(table.groupby(GLAND).agd_mgy.quantile(0.1).min())
+    assert band[:, 1].max() == pytest.approx(table.groupby(GLAND).agd_mgy.quantile(0.9).max())
     assert [label.get_text() for label in paddle.get_xticklabels()] == ["standard", "flexible"]
     assert len(thickness.lines[1].get_xdata()) == 3
 
@@ -67,6 +70,9 @@ def test_lines_have_a_panel_for_each_name_and_a_colour_for_each_number():
     assert len(standard.lines) == 3
     assert len({line.get_color() for line in standard.lines}) == 3
     assert [len(line.get_xdata()) for line in flexible.lines] == [40] * 3
+    # Of one point at each place, 95 % lie within 1.96 standard errors of 0.05 mGy.
+    band, line = standard.collections[0].get_paths()[0].vertices, standard.lines[0].get_ydata()
+    assert band[:, 1].max() == pytest.approx(line.max() + 1.96 * 0.05)
 
 
 def test_forty_names_are_no_forty_panels():

@@ -21,6 +21,9 @@ def test_the_decodable_slice_nearest_the_middle_is_taken(tmp_path):
     files = sorted(tmp_path.glob("*.dcm"))
     assert any_slice(tmp_path).shape == (5, 6)
     assert any_slice(tmp_path).max() == 2
+    for name in ("._a.dcm", "._b.dcm", "Thumbs.db"):
+        (tmp_path / name).write_bytes(files[4].read_bytes())
+    assert any_slice(tmp_path).max() == 2
     files[2].write_bytes(files[2].read_bytes()[:50])
     assert any_slice(tmp_path).max() in (1, 3)
 

@@ -22,6 +22,14 @@ def _zip(folder: Path, path: Path, *, inside: str = "") -> Path:
     return path
 
 
+def test_what_a_system_leaves_in_a_folder_is_not_read(tmp_path: Path) -> None:
+    folder = write(tmp_path / "a")
+    for name in (".DS_Store", "._9.dcm", "Thumbs.db", "Desktop.ini", "@eaDir/9.dcm"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(b"\0\5\26\7")
+    np.testing.assert_array_equal(read_series(folder).image.values, VALUES)
+
+
 @pytest.mark.parametrize("inside", ["", "study/series 3/"])
 def test_a_zip_is_read_as_its_folder(tmp_path: Path, inside: str) -> None:
     path = _zip(write(tmp_path / "a"), tmp_path / "a.zip", inside=inside)

@@ -20,6 +20,18 @@ def test_a_folder_stands_for_all_files_below_it(series):
     assert parts(str(series)) == [str(series / name) for name in ("1.dcm", "2.dcm", "deeper/3.dcm")]
 
 
+LEFT_BEHIND = (".DS_Store", "._1.dcm", "deeper/Thumbs.db", "__MACOSX/._1.dcm", ".git/HEAD", "desktop.ini")
+
+
+@pytest.mark.parametrize("name", LEFT_BEHIND)
+def test_what_a_system_leaves_beside_the_files_is_no_part(series, name):
+    before = parts(str(series)), heads(parts(str(series)))
+    (series / name).parent.mkdir(exist_ok=True)
+    (series / name).write_bytes(b"Bud1")
+    assert (parts(str(series)), heads(parts(str(series)))) == before
+    assert parts(str(series.rename(series.with_name(".hidden"))))[0].endswith("1.dcm"), "a person named it so"
+
+
 @pytest.mark.parametrize(
     ("name", "header"),
     [

@@ -19,7 +19,7 @@ from mammosim.study.campaigns.grouping import batches, inputs, parameters, store
 from mammosim.study.campaigns.page import opening
 from mammosim.study.campaigns.points import Case, plan
 from mammosim.study.campaigns.settings import Known, changes
-from mammosim.study.campaigns.table import failures, frame, shares
+from mammosim.study.campaigns.table import failures, frame, shares, summary
 
 FILE = "config/campaigns/mine.yaml"
 GLAND = "tissues.glandular.youngs_modulus_kpa"
@@ -81,6 +81,23 @@ def test_a_sobol_sequence_of_more_points_begins_with_those_of_fewer():
     moduli = np.log([p[GLAND] for p in many])
     # A balanced sequence has one point in each sixteenth of the logarithm's span.
     assert sorted(np.floor(16 * (moduli - np.log(0.5)) / np.log(100)).astype(int)) == list(range(16))
+
+
+@pytest.mark.parametrize("design", ["sobol: 8", "latin_hypercube: 5", "saltelli: 4"])
+def test_a_seed_chooses_the_sample(design):
+    text = f"vary: {{{GLAND}: {{from: 1, to: 2}}, load.thickness_mm: {{from: 40, to: 50}}}}\n"
+    seeds = ["", ", seed: 1", ", seed: 2"]
+    same, first, other = (
+        [point.shown for point in read(f"{text}design: {{{design}{seed}}}").points()] for seed in seeds
+    )
+    assert same == first
+    assert not any(point in first for point in other)
+
+
+def test_every_breast_has_all_points():
+    campaign = read(f"subjects: {{small: [left, right], large: [left]}}\nvary: {{{GLAND}: [1, 2]}}")
+    assert campaign.size == 3 * 2
+    assert campaign.subjects == (("small", "left"), ("small", "right"), ("large", "left"))
 
 
 def test_a_list_beside_a_design_has_all_its_points_for_each_value():
@@ -280,6 +297,50 @@ def test_paddle_strategy_and_thickness_make_one_load(known):
         changes({"load.until.force_n": 50, "load.until.thickness_share": 1}, base, known)
 
 
+def test_sets_of_moduli_are_taken_by_their_names(known):
+    base, standard, layered = known.settings, known.tissues["standard"], known.tissues["layered"]
+    assert standard != layered
+    found = changes({"load.moduli": "layered"}, base, known)
+    assert found == {"load.tissues": layered, "load.moduli": "layered"}
+    both = changes({"tissues": "layered"}, base, known)
+    assert both == {"tissues": layered, "load.tissues": layered}
+    softer = changes({"load.moduli": "layered", f"load.{GLAND}": 7}, base, known)["load.tissues"]
+    assert softer["tissues"]["glandular"]["youngs_modulus_kpa"] == 7
+    assert softer["tissues"]["adipose"] == layered["tissues"]["adipose"]
+
+
+def test_a_value_is_held_against_both_limits(known):
+    limits = {"type": "number", "minimum": 1, "maximum": 2}
+    for given in (limits, {"type": "number", "exclusiveMinimum": 0.5, "exclusiveMaximum": 2.5}):
+        schema = {"properties": {"a": {"type": "object", "properties": {"b": given}}}}
+        other = replace(known, schemas={"config": schema})
+        assert [bool(other.fault("a.b", value, FILE)) for value in (0.5, 1, 2, 2.5)] == [
+            True,
+            False,
+            False,
+            True,
+        ]
+
+
+def test_effects_may_be_varied_and_tell_points_apart(case, known):
+    everything = sorted(case.chain.effects)
+    text = f"vary: {{mechanics.effects: {{named: {{all: {everything}, none: []}}}}}}"
+    both, none = planned(text, case, known)
+    assert both.name != none.name
+    assert set(both.effects) >= case.chain.effects
+    assert "skin" not in none.effects
+    assert both.own.get("body") != none.own["body"]
+    assert "mechanics.effects" not in none.changes
+
+
+def test_a_job_reads_for_each_point_what_that_reads(case, known):
+    points = planned("vary: {load.tissues.glandular.youngs_modulus_kpa: [1, 5]}", case, known)
+    given = parameters(points, stored(points))
+    for point, told in zip(points, given["points"], strict=True):
+        assert given["kept"][told["kept"]] == point.kept
+    assert given["kept"][0] != given["kept"][1]
+
+
 def rows(campaign, values):
     for n, point in enumerate(campaign.points()):
         yield {
@@ -352,6 +413,36 @@ def test_the_table_has_values_units_errors_and_reasons():
         {"outcome": "failed", "reason": "no equilibrium", "points": 1}
     ]
     assert pd.api.types.is_float_dtype(table.seconds)
+
+
+def test_volunteers_stand_in_the_order_of_the_campaign():
+    campaign = read(f"subjects: {{zoe: [left], ada: [left]}}\nvary: {{{GLAND}: [2, 1]}}")
+    made = [row | {"volunteer": v} for v in ("ada", "zoe") for row in rows(campaign, lambda shown: 1.0)]
+    table = frame(campaign, made)
+    assert table.volunteer.tolist() == ["zoe", "zoe", "ada", "ada"]
+    assert table[GLAND].tolist() == [1, 2, 1, 2]
+
+
+def test_the_page_counts_answers_points_left_out_and_minutes():
+    campaign = read(f"vary: {{{GLAND}: [1, 2, 3]}}\nexclude: ['{GLAND} > 2']")
+    table = frame(campaign, rows(campaign, lambda shown: 1.0))
+    words = opening(campaign, table.assign(outcome=["converged", "failed"], seconds=90.0))
+    assert "2 points, of which 1 have an answer; 1 more were left out" in words
+    assert "3.0 minutes of a processor" in words
+    assert summary(campaign, table.assign(force_n=[1.0, 3.0])).iloc[0].tolist() == [
+        "force_n",
+        2,
+        1.0,
+        2.0,
+        3.0,
+    ]
+
+
+def test_reasons_are_counted_the_most_frequent_first():
+    campaign = read(f"vary: {{{GLAND}: [1, 2, 3, 4]}}")
+    table = frame(campaign, rows(campaign, lambda shown: 1.0))
+    table = table.assign(outcome=["failed", "unstable", "unstable", "converged"], reason=["a", "b", "b", ""])
+    assert failures(table).to_numpy().tolist() == [["unstable", "b", 2], ["failed", "a", 1]]
 
 
 def test_the_page_says_where_all_moduli_were_multiplied():

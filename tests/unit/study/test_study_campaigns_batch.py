@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ from small_breast import small_chain
 
 from mammosim.chain import meshed, quantities
 from mammosim.chain.graph import Made
-from mammosim.core.errors import EquilibriumError, MeshError, UnloadingError
+from mammosim.core.errors import ConfigurationError, EquilibriumError, MeshError, UnloadingError
 from mammosim.study.campaigns import answers
 from mammosim.study.campaigns.answers import faults, moduli_factor
 from mammosim.study.campaigns.batch import Batch, Item
@@ -40,6 +41,8 @@ def asked(monkeypatch):
             raise EquilibriumError("the paddle slips\nat once", mode=None)
         if modulus == 17:
             raise ZeroDivisionError("a mistake of the program")
+        if modulus == 29:
+            raise ConfigurationError("it cannot be meant")
         if modulus == 19:
             raise KeyboardInterrupt
         return float("inf") if modulus == 23 else modulus * len(chain["mesh"].cells)
@@ -79,7 +82,9 @@ def test_points_are_answered_with_their_errors_and_share_what_they_are_made_of(
     chain, asked, tmp_path, caplog
 ):
     caplog.set_level("INFO")
+    began = time.process_time()
     one, two = batch(chain, tmp_path).rows(items(1, 2))
+    assert 0 < one["seconds"] + two["seconds"] <= time.process_time() - began
     assert one["shown"] == {"fat": 1}
     assert one["outcome"] == "converged"
     assert two["answers"]["stiff"] == 2 * one["answers"]["stiff"]
@@ -92,6 +97,17 @@ def test_points_are_answered_with_their_errors_and_share_what_they_are_made_of(
     assert len(list((tmp_path / "products/mesh").iterdir())) == 1
     # What no later point needs is not held.
     assert not any(key[0] == "body" for key in chain.made)
+
+
+def test_a_point_has_its_own_effects(chain, asked, tmp_path, monkeypatch):
+    parts = quantities.Quantity("parts", ("body",), lambda chain: len(chain["body"].parts))
+    monkeypatch.setattr(answers, "QUANTITIES", {"parts": parts})
+    (point,) = items(1)
+    bare = replace(
+        point, name="bare", effects=sorted(chain.effects - {"skin"}), own={"body": "bare"}, stored={}
+    )
+    found = [row["answers"]["parts"] for row in batch(chain, tmp_path).rows([point, bare])]
+    assert found[0] == found[1] + 1
 
 
 def test_finished_points_are_not_computed_again_and_damaged_ones_are(chain, asked, tmp_path):
@@ -160,13 +176,14 @@ def test_inputs_of_other_content_are_computed_again(chain, asked, tmp_path):
 
 def test_a_point_that_fails_says_why_and_stops_nobody(chain, asked, tmp_path):
     rejected = replace(items(5)[0], rejected="config/campaigns/mine.yaml: fat = 5: too much")
-    rows = list(batch(chain, tmp_path).rows([*items(13, 23), rejected, *items(2)]))
-    assert [row["outcome"] for row in rows] == ["failed", "converged", "rejected", "converged"]
+    rows = list(batch(chain, tmp_path).rows([*items(13, 23), rejected, *items(2, 29)]))
+    outcomes = [row["outcome"] for row in rows]
+    assert outcomes == ["failed", "converged", "rejected", "converged", "rejected"]
     assert rows[0]["reason"] == "the paddle slips at once"
     assert rows[1]["answers"]["stiff"] is None
     assert rows[1]["reason"] == "no finite number: stiff"
     assert rows[2]["reason"].endswith("too much")
-    assert asked == [13, 23, 2]
+    assert asked == [13, 23, 2, 29]
     assert json.loads(batch(chain, tmp_path).file(items(13)[0]).read_text())["outcome"] == "failed"
 
 
