@@ -22,7 +22,7 @@ import _log
 
 _log.to(snakemake.log[0])
 Path("job").write_text(str(os.getpid()))
-time.sleep(120)
+time.sleep(600)
 """
 
 

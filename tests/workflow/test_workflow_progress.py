@@ -1,5 +1,6 @@
 """A job that fails stops its own branch only; the last lines of the terminal name it, why, and its log."""
 
+import re
 import shutil
 from dataclasses import replace
 
@@ -22,8 +23,22 @@ def broken(study, tmp_path):
     return replace(study, home=home, run=run)
 
 
+def cost(study, rule: str, seconds: float) -> None:
+    """Let the table say that a job of the rule takes so long."""
+    table = study.home / "config/costs.tsv"
+    lines = [line.split("\t") for line in table.read_text().splitlines()]
+    told = [[name, str(seconds), *rest[1:]] if name == rule else [name, *rest] for name, *rest in lines]
+    table.write_text("\n".join("\t".join(cells) for cells in told) + "\n")
+
+
+def minutes_left(said: str) -> list[int]:
+    """What was said to be left, each time that a job had ended."""
+    return [int(minutes) for minutes in re.findall(r"about (\d+) min left", said)]
+
+
 def test_a_failure_is_named_last_and_the_other_jobs_have_run(broken):
     # On one core, the longer chain begins: the other job starts when the failure is known.
+    cost(broken, "digital_body", 6000.0)
     result = broken.snakemake("--keep-going", "--cores", "1", BRANCH, BESIDE)
     assert result.returncode != 0
     lines = result.stdout.splitlines()[-20:]
@@ -34,3 +49,16 @@ def test_a_failure_is_named_last_and_the_other_jobs_have_run(broken):
     assert lines[-1].startswith(f"All the rest is there, in {broken.run / 'results'}")
     assert "RuntimeError" in log.read_text()
     assert (broken.run / BESIDE).exists()
+    assert minutes_left(result.stdout)[-1] == 1, "what cannot run any more takes no time"
+
+
+def test_what_a_job_took_is_learned_for_the_next_one_of_its_rule(study, tmp_path):
+    home, run = tmp_path / "home", tmp_path / "run"
+    shutil.copytree(study.home, home)
+    run.mkdir()
+    slow = replace(study, home=home, run=run)
+    cost(slow, "digital_woman", 3600.0)
+    women = [f"results/truth/{name}/woman.json" for name in ("small", "large")]
+    said = slow.snakemake("--cores", "1", *women).stdout
+    # The table has said 60 min, and is believed like one of two jobs, at a pace that is half learned.
+    assert minutes_left(said)[0] < 20, said[-3000:]

@@ -1,10 +1,13 @@
 """What a cluster is asked for: of every rule what it was measured to take, or what the user says."""
 
 import re
+import shutil
+from dataclasses import replace
 
 import pytest
 import yaml
 
+COLOURS = "results/segmentation/tissues.ctbl"
 SPECTRUM = "results/xray/spectrum.csv"
 CAMPAIGN = """
 title: How hard does a flexible paddle press?
@@ -35,6 +38,8 @@ def test_every_job_of_a_cluster_asks_for_memory_with_its_starts_and_for_time(stu
     assert len(rules) > 50
     assert [name for name in rules if int(there[name]["mem_mb"]) < 600] == []
     assert [name for name in rules if int(there[name]["runtime"]) < 10] == []
+    # Of a digital volunteer it takes a second, of a heavy woman minutes.
+    assert int(there["stress_free"]["runtime"]) > 20
     assert not any("runtime" in each for each in here.values()), "one machine needs none"
 
 
@@ -45,6 +50,18 @@ def test_a_batch_of_a_campaign_asks_for_the_time_of_its_points(study):
     there = asked(study, "--jobs", "9", "campaign_long")
     seconds = 20 * float(costs["point_pressed_flexible"])
     assert int(there["campaigns_batch"]["runtime"]) > 3 * seconds / 60
+
+
+def test_each_attempt_asks_for_twice_the_memory_and_time(study, tmp_path):
+    home, run = tmp_path / "home", tmp_path / "run"
+    shutil.copytree(study.home, home)
+    run.mkdir()
+    (home / "workflow/scripts/label_colours.py").write_text("raise RuntimeError\n")
+    ended = replace(study, home=home, run=run).snakemake("--jobs", "9", "--retries", "2", COLOURS)
+    assert ended.returncode != 0
+    asked = re.findall(r"resources: .*\bmem_mb=(\d+).*\bruntime=(\d+)", ended.stdout)
+    assert [int(minutes) for _, minutes in asked] == [10, 20, 40]
+    assert [int(mb) / int(asked[0][0]) for mb, _ in asked] == [1, 2, 4]
 
 
 def test_what_the_user_says_of_a_rule_wins(study):
