@@ -4,6 +4,7 @@ import re
 import runpy
 import shlex
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -26,12 +27,28 @@ from mammosim.io.plain import read_plain
 PYTHON = sys.executable.strip("'")
 # Snakemake hands this to a shell as it is, which cuts it at a blank (issue 3211 of snakemake).
 sys.executable = shlex.quote(PYTHON)
+# The solver that chooses the next jobs cannot read a file in a folder with a blank; jobs get the folder all the same.
+if " " in tempfile.gettempdir():
+    os.environ.update(TMP="/tmp")
 HERE = Path(os.path.relpath(HOME))  # as an input is recorded: the same when all of it is moved
 PACKAGE = Path(mammosim.__file__).parent
 SCRIPTS = HOME / "workflow" / "scripts"
 # How many jobs run at a time: of a cluster, where one is told, which then need no number of cores.
 AT_A_TIME = workflow.resource_settings.nodes or workflow.resource_settings.cores or 1
 ON_CLUSTER = workflow.resource_settings.nodes is not None
+
+
+def can_be_written(folder):
+    """Whether there is such a folder, or one can be made, in which files can be made."""
+    there = next((path for path in (folder, *folder.parents) if path.exists()), Path())
+    return folder.is_absolute() and os.access(there, os.W_OK | os.X_OK)
+
+
+# Compiled kernels, fonts: where a home cannot be written, or a user has none, they are kept with the run.
+if not can_be_written(Path(os.path.expanduser(os.getenv("XDG_CACHE_HOME") or "~/.cache"))):
+    CACHE = Path(".snakemake", "cache").resolve()
+    os.environ.update(XDG_CACHE_HOME=str(CACHE))
+    os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
 read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
 
 
