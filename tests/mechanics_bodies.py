@@ -5,12 +5,19 @@ import numpy as np
 
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
+from mammosim.core.tissues import Tissue
+from mammosim.mechanics.body import Body
 from mammosim.meshing.boundary import boundary_faces
 from mammosim.meshing.shapes import QUADRATIC_TETRAHEDRON, box
 from mammosim.meshing.shapes import ball_part as sphere_part
 from mammosim.meshing.tetrahedra import gmsh_session
 
-__all__ = ["box", "cylinder", "nearest", "shell_octant", "sphere_part"]
+__all__ = ["FAT", "HANGING", "LIGHT", "box", "cylinder", "nearest", "shell_octant", "sphere_part"]
+
+# Light enough that a block, 50 mm tall, stretches by a tenth and does not buckle under reversed gravity.
+FAT = Tissue(1.0, 0.45, 0.4)
+LIGHT = Body({Label.ADIPOSE: FAT})
+HANGING = np.array([0.0, 0.0, 1.0])
 
 
 def shell_octant(inner, outer, edge):

@@ -9,15 +9,17 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+import pydicom
 import pytest
 import yaml
 from tiny_woman import tiny_image, tiny_labels
 
 from mammosim.core.labels import Label
-from mammosim.core.volume import LabelMap
+from mammosim.core.volume import Image, LabelMap
 from mammosim.io.dicom_writer import write_series
-from mammosim.io.images import write_labels
+from mammosim.io.images import read_image, read_labels, write_labels
 
 pytestmark = pytest.mark.workflow
 README = Path(__file__).parents[2] / "config/README.md"
@@ -122,6 +124,49 @@ def test_a_thickness_is_asked_where_none_can_be_chosen(women, tmp_path):
     result = women(supine | {"fiducials": "list.csv"})("study", dry=True)
     assert result.returncode == 0, result.stdout[-3000:]
     assert "no compression: no thickness is given for ada, which is chosen in prone only" in result.stdout
+
+
+def two_series(folder: Path, image: Image) -> None:
+    """Series 5 of an image, and series 7 of it twice as bright, the last three slices 4 mm further up."""
+    for number, factor in ((5, 1.0), (7, 2.0)):
+        series = folder / str(number)
+        brighter = replace(image, values=factor * image.values)
+        write_series(
+            series,
+            brighter,
+            position="prone",
+            volunteer=f"w{number}",
+            echo_time_ms=4.0,
+            repetition_time_ms=8.0,
+        )
+        for path in sorted(series.glob("*.dcm")):
+            slice_ = pydicom.dcmread(path)
+            slice_.SeriesNumber = number
+            x, y, z = slice_.ImagePositionPatient
+            late = number == 7 and z > image.grid.origin[2] + (image.grid.shape[0] - 3.5) * 8.0
+            slice_.ImagePositionPatient = [x, y, z + 4.0 * late]
+            slice_.save_as(path)
+
+
+def test_what_a_row_says_of_its_files_reaches_all_that_reads_them(women, tmp_path):
+    """The series that is meant and its gaps, and the codes of labels: by the check and by what follows it."""
+    image = tiny_image(tiny_labels(8.0))
+    two_series(tmp_path / "data", image)
+    labels_with(tmp_path / "bea.nii.gz", GLANDULAR=50)
+    codes = {"air": 0, "adipose": 1, "glandular": 50, "muscle": 4, "thorax": 5}
+    pd.DataFrame(codes.items(), columns=["tissue", "code"]).to_csv(tmp_path / "codes.csv", index=False)
+    ask = women(
+        {"volunteer": "ada", "images": "data", "series": "7", "gaps": "resample"},
+        {"volunteer": "bea", "labels": "bea.nii.gz", "codes": "codes.csv"},
+    )
+    result = ask("results/images/ada/prone.nii.gz", "results/segmentation/bea/prone.nii.gz")
+    assert result.returncode == 0, result.stdout[-3000:]
+    read = read_image(tmp_path / "results/images/ada/prone.nii.gz")
+    height = (read.grid.shape[0] - 1) * read.grid.spacing[2]
+    assert height == pytest.approx((image.grid.shape[0] - 1) * 8.0 + 4.0), "even slices from end to end"
+    assert np.percentile(read.values, 90) == pytest.approx(2 * np.percentile(image.values, 90), rel=0.05)
+    tissues = read_labels(tmp_path / "results/segmentation/bea/prone.nii.gz").values
+    assert (tissues == Label.GLANDULAR).sum() == (tiny_labels(8.0).values == Label.GLANDULAR).sum()
 
 
 BLOCKS = re.findall(r"^```sh\n(.*?)^```$", README.read_text(), flags=re.M | re.S)

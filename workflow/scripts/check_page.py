@@ -54,6 +54,8 @@ def position_checked(volunteer: str, row: dict, seen: check_input.Seen) -> Check
     try:
         pictures = pictures_of(volunteer, row, seen)
         quality = {} if seen.image is None else image_quality(seen.image, position=position)
+        if "images" not in seen.images:  # labels have no noise
+            quality = {name: value for name, value in quality.items() if "noise" not in name}
         read = read_of(row, seen)
     except Exception as error:
         pictures, quality, read = (), {}, {}

@@ -25,6 +25,7 @@ from mammosim.figures.volunteers import MARKS, draw_fiducials
 BLOCK_MM, BODY = 8.0, 0.2
 # The coronal slice lies this far behind the foremost tissue.
 BEHIND_MM = 25.0
+APART_MM = 40.0  # of points whose names can both be read
 
 
 @styled
@@ -58,7 +59,7 @@ def understood(
         draw_sides(ax, plane)
         if points is not None:
             draw_fiducials(ax, points, plane, at[axis])
-            _name(ax, points, plane)
+            _name(ax, points, plane, at[axis])
         ax.set_title(f"{plane}, {'xyz'[axis]} = {at[axis]:.0f} mm", fontsize=8)
     _legend(figure, labels, fiducials)
     figure.suptitle(title, fontsize=10, weight="bold")
@@ -110,11 +111,21 @@ def _draw_upright_gravity(ax: Axes, g: np.ndarray, plane: str) -> None:
         ax.text(0.72, 0.15, mark, fontsize=11, color=ORANGE, transform=ax.transAxes, ha="center")
 
 
-def _name(ax: Axes, fiducials: Fiducials, plane: str) -> None:
-    """The names of the nipples beside them: whose they are is what a person can tell."""
-    _, across, along = PLANES[plane]
-    for name, kind, point in zip(fiducials.names, fiducials.kinds, fiducials.points):
-        if kind == "nipple":
+def _name(ax: Axes, fiducials: Fiducials, plane: str, at: float) -> None:
+    """The names of the nipples beside them: whose they are is what a person can tell.
+
+    Of two that would be written over each other, that of the one nearer to the slice.
+    """
+    axis, across, along = PLANES[plane]
+    nipples = [
+        (name, point)
+        for name, kind, point in zip(fiducials.names, fiducials.kinds, fiducials.points)
+        if kind == "nipple"
+    ]
+    named: list[np.ndarray] = []
+    for name, point in sorted(nipples, key=lambda each: abs(each[1][2 - axis] - at)):
+        if all(np.linalg.norm((point - other)[[across, along]]) > APART_MM for other in named):
+            named.append(point)
             ax.annotate(
                 name.removeprefix("nipple_"),
                 tuple(point[[across, along]]),

@@ -34,7 +34,7 @@ FAR_MM = 30.0
 # ASSUME: labels are mirrored where that explains a quarter more of the brightness and the skin fits better,
 # or, of a single tissue, which explains none, where their skin fits by a quarter better.
 BETTER = 1.25
-# ASSUME: labels lie elsewhere than they were drawn where their skin is 3 mm off or more, and, in steps of 10 mm,
+# ASSUME: labels lie elsewhere than drawn where their skin is 3 mm off or more, and, in steps of 10 mm,
 # a place is found where it fits half as well again, and so does the brightness; of a single tissue, the skin
 # twice as well.
 NEAR_MM, STEP_MM, MOST_STEPS = 3.0, 10.0, 4

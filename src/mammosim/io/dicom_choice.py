@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mammosim.core.errors import ImageError
-from mammosim.io.dicom_phases import LEAST_PLACES, each_once, phases_of
+from mammosim.io.dicom_phases import LEAST_PLACES, TELLING, each_once, phases_of
 from mammosim.io.dicom_planes import Plane
 
 # ASSUME: a localiser has at most three slices in one direction; a volume has more.
@@ -24,6 +24,10 @@ T1 T2 T1W T2W PD FS FATSAT NFS SPAIR SPIR STIR DWI ADC DCE VIBE TSE FSE HASTE GR
 PRONE SUPINE LOCALIZER LOCALISER
 """
 SHOWN = frozenset(WORDS.split())
+# Words of ImageType, FrameType and ComplexImageComponent that tell volumes apart.
+KINDS = {"M", "P", "R", "I", "MAGNITUDE", "PHASE", "REAL", "IMAGINARY", "M_FFE", "PHASE MAP"}
+KINDS |= {"W", "F", "IP", "OP", "WATER", "FAT", "IN_PHASE", "OUT_PHASE"}
+NUMBER = re.compile(r"-?\d+(\.\d+)?")
 MODALITIES = ("MR", "CT", "PT", "OT")
 PHASE = re.compile(r"(?:(.*\S)\s+)?phase\s+(\d+)", re.IGNORECASE)
 COLUMN = "the column `series`"
@@ -57,6 +61,7 @@ def choose(planes: Sequence[Plane], wanted: str, where: str) -> Chosen:
     if number > len(phases) or not (number or len(phases) == 1):
         name = f"{_key(group, groups)} " if len(groups) > 1 else ""
         told = f" volumes of {len(phases[0])} slices, told apart by {tag}" if tag else " volume"
+        told += _values([phase[0].tags.get(tag) for phase in phases]) if tag in TELLING else ""
         raise ImageError(
             f"{where}{name and f', series {name.strip()},'} holds {len(phases)}{told}; write '{name}phase N' "
             f"in {COLUMN} of its row, with N from 1 to {len(phases)}"
@@ -64,6 +69,17 @@ def choose(planes: Sequence[Plane], wanted: str, where: str) -> Chosen:
     phase = f", phase {number} of {len(phases)}" if len(phases) > 1 else ""
     told = f"{_listed([group], groups)}{phase}; 1 of {len(groups)} series of the folder or file"
     return Chosen(tuple(phases[max(number - 1, 0)]), len(phases) == 1, (*notes, *copies), told)
+
+
+def _values(values: Sequence[Any]) -> str:
+    """What a tag is in each phase, as ' (1: 9.5, 2: 102)': numbers, and words that name no person; or ''."""
+    shown = []
+    for value in values:
+        parts = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        words = [f"{float(part):g}" if NUMBER.fullmatch(str(part)) else str(part) for part in parts]
+        shown.append(" ".join(word for word in words if NUMBER.fullmatch(word) or word in KINDS))
+    told = ", ".join(f"{n}: {word}" for n, word in enumerate(shown, 1))
+    return f" ({told})" if all(shown) and len(set(shown)) > 1 else ""
 
 
 def _by_series(planes: Sequence[Plane]) -> list[list[Plane]]:

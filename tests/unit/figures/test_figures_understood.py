@@ -47,7 +47,13 @@ def test_points_and_labels_are_drawn_with_a_legend(torso):
     (legend,) = figure.legends
     names = {text.get_text() for text in legend.get_texts()}
     assert {"glandular", "muscle", "nipple", "chest"} <= names
-    assert "left" in texts(figure)[0]
+    assert {"left", "right"} <= set(texts(figure)[0])
+
+
+def test_where_one_nipple_hides_the_other_that_at_the_slice_is_named(torso):
+    sagittal = texts(understood(torso.image, fiducials=torso.fiducials, gravity=PRONE, title=""))[2]
+    assert "left" in sagittal
+    assert "right" not in sagittal
 
 
 def test_a_point_is_drawn_on_the_voxel_that_it_lies_in_though_the_axes_are_turned():

@@ -108,22 +108,26 @@ def _phase(n: int, **tags: object) -> Change:
 
 
 @pytest.mark.parametrize(
-    ("keyword", "values"),
+    ("keyword", "values", "told"),
     [
-        ("AcquisitionNumber", (2, 10)),
-        ("TemporalPositionIdentifier", (1, 2)),
-        ("EchoNumbers", (1, 2)),
-        ("EchoTime", (9.5, 102)),
-        ("TriggerTime", (0, 900)),
-        ("ImageType", (["ORIGINAL", "PRIMARY", "M"], ["ORIGINAL", "PRIMARY", "P"])),
-        ("ContentTime", (lambda k: f"1015{k:02d}", lambda k: f"1016{k:02d}")),
+        ("AcquisitionNumber", (2, 10), " (1: 2, 2: 10)"),
+        ("TemporalPositionIdentifier", (1, 2), " (1: 1, 2: 2)"),
+        ("EchoNumbers", (1, 2), " (1: 1, 2: 2)"),
+        ("EchoTime", (9.5, 102), " (1: 9.5, 2: 102)"),
+        ("TriggerTime", (0, 900), " (1: 0, 2: 900)"),
+        ("ImageType", (["ORIGINAL", "PRIMARY", "M"], ["ORIGINAL", "PRIMARY", "P"]), " (1: M, 2: P)"),
+        ("ImageType", (["ORIGINAL", "PRIMARY", "DENT"], ["ORIGINAL", "PRIMARY", "MAVIS"]), ""),
+        ("ContentTime", (lambda k: f"1015{k:02d}", lambda k: f"1016{k:02d}"), ""),
     ],
 )
-def test_phases_are_told_apart_by(tmp_path: Path, keyword: str, values: tuple[object, object]) -> None:
+def test_phases_are_told_apart_by(
+    tmp_path: Path, keyword: str, values: tuple[object, object], told: str
+) -> None:
     for n, value in enumerate(values, 1):
         write(tmp_path / str(9 - n), _phase(n, **{keyword: value}))
     with pytest.raises(
-        ImageError, match=f"holds 2 volumes of 6 slices, told apart by {keyword}; write 'phase N'"
+        ImageError,
+        match=re.escape(f"holds 2 volumes of 6 slices, told apart by {keyword}{told}; write 'phase N'"),
     ):
         read_series(tmp_path)
     assert [_scale(tmp_path, f"phase {n}") for n in (1, 2)] == [1, 2]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from mechanics_bodies import box
+from mechanics_bodies import HANGING, LIGHT, box
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.labels import Label
@@ -14,21 +14,9 @@ from mammosim.mechanics.fixed_point import Tried, accelerated, carried, held_as_
 from mammosim.mechanics.unloaded import UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
 
-# Light enough that the block, 50 mm tall, stretches by a tenth and does not buckle under reversed gravity.
-BODY = Body({Label.ADIPOSE: Tissue(1.0, 0.45, 0.4)})
-HANGING = np.array([0.0, 0.0, 1.0])
+BODY = LIGHT
 ITERATED = ("fixed_point", "pull_back", "mean_start", "anderson")
 NODAL = ("fixed_point", "pull_back", "anderson")
-
-
-@pytest.fixture(scope="module")
-def truth():
-    return box((2, 2, 2), (50.0, 50.0, 50.0))
-
-
-@pytest.fixture(scope="module")
-def measured(truth):
-    return truth.moved_to(BODY.load(truth, HANGING).points)
 
 
 @pytest.fixture(scope="module")

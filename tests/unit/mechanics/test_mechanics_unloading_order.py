@@ -4,33 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanics_bodies import box
+from mechanics_bodies import FAT, HANGING, LIGHT
 
 from mammosim.core.errors import EquilibriumError, MechanicsError, UnloadingError
 from mammosim.core.labels import Label
-from mammosim.core.tissues import CellTissues, Tissue
+from mammosim.core.tissues import CellTissues
 from mammosim.mechanics.body import Body, Fascia, Ligaments, Skin
 from mammosim.mechanics.unloaded import Unloaded, UnloadingSettings
 from mammosim.mechanics.unloading import METHODS
 from mammosim.mechanics.unloading_order import Attempt, Order, least_factor, reloaded_mm
 
-FAT = Tissue(1.0, 0.45, 0.4)
-BODY = Body({Label.ADIPOSE: FAT})
-HANGING = np.array([0.0, 0.0, 1.0])
+BODY = LIGHT
 
 
 def of_density(density):
     return Body({Label.ADIPOSE: replace(FAT, density_g_cm3=density)})
-
-
-@pytest.fixture(scope="module")
-def truth():
-    return box((2, 2, 2), (50.0, 50.0, 50.0))
-
-
-@pytest.fixture(scope="module")
-def measured(truth):
-    return truth.moved_to(BODY.load(truth, HANGING).points)
 
 
 @pytest.fixture

@@ -79,6 +79,12 @@ def test_how_the_files_were_read_stands_on_the_page(page, files):
     assert "as the header&#39;s sform or qform says; a body whose ends look alike shows no exchange" in text
 
 
+def test_labels_have_no_noise_and_an_image_has(page, files):
+    labels, image = {"labels": files.folder / "labels.nii.gz"}, {"images": files.folder / "image.nii.gz"}
+    assert "fat to noise" not in page(labels)[0]
+    assert "fat to noise" in page(labels | image)[0]
+
+
 def test_codes_that_nobody_explains_are_listed_beside_the_reason(page, files, tmp_path):
     labels = replace(
         files.labels, values=np.where(files.labels.values == 2, np.uint8(12), files.labels.values)
