@@ -32,10 +32,11 @@ CLIPPED = (0.2, 1.3)
 # Costs, in standard deviations of the contrast.
 PENALTY, UNSEEN, FORBIDDEN = 0.3, 1.0, 20.0
 SMOOTH_WALL = (5.0, 2.0)  # slices and angles: 20 mm and 6 degrees
-# ASSUME: the muscle is 4 to 20 mm thick, and about 12 mm where no darker layer is seen behind it.
-MUSCLE_MM, LEAST_MUSCLE_MM = 12.0, 4.0
-# ASSUME: an edge to brighter muscle is at least 0.4 times as strong as that to the darker lungs.
-AHEAD_DEG, SHARE_OF_LUNGS = 60.0, 0.4
+# ASSUME: muscle is at least 4 mm thick.
+LEAST_MUSCLE_MM = 4.0
+# ASSUME: an edge is at least a quarter of the standard deviation of the contrast.
+LEAST_EDGE = 0.25
+AHEAD_DEG = 60.0  # there the wall is not beside the arms, and seldom outside the image
 
 
 @dataclass(frozen=True)
@@ -129,14 +130,26 @@ class Rays:
         slices = np.arange(0, grid.shape[0], step)
         return cls(grid, axis, slices, angles, np.arange(STEP_MM, reach, STEP_MM), axis.midline[slices])
 
-    def sampled(self, values: np.ndarray, outside: float) -> np.ndarray:
-        """Values (nz, ny, nx) along the rays (slice, angle, radius), linear between voxels."""
+    def sampled(self, values: np.ndarray, outside: float | None = None) -> np.ndarray:
+        """Values (nz, ny, nx) along the rays (slice, angle, radius), linear between voxels.
+
+        outside: the value outside the image; without it, that of the border.
+        """
+        radii = np.broadcast_to(self.radii, (len(self.slices), len(self.angles), len(self.radii)))
+        return self.read(values, radii, outside)
+
+    def read(self, values: np.ndarray, radii: np.ndarray, outside: float | None = None) -> np.ndarray:
+        """Values (nz, ny, nx) in the nearest slice at radii (slice, angle, any number) mm, as `sampled`."""
         dx, dy, _ = self.grid.spacing
-        i = self.axis.x + np.sin(self.angles)[:, None] * self.radii / dx
-        j = self.axis.y - np.cos(self.angles)[:, None] * self.radii / dy
-        at = np.stack([j, i])
+        i = self.axis.x + np.sin(self.angles)[:, None] * radii / dx
+        j = self.axis.y - np.cos(self.angles)[:, None] * radii / dy
+        border = {"mode": "nearest"} if outside is None else {"mode": "constant", "cval": outside}
+        nearest = np.clip(np.round(self.slices).astype(int), 0, self.grid.shape[0] - 1)
         return np.stack(
-            [ndimage.map_coordinates(values[k], at, order=1, cval=outside) for k in self.slices]
+            [
+                ndimage.map_coordinates(values[k], at, order=1, **border)
+                for k, at in zip(nearest, np.stack([j, i], axis=1))
+            ]
         ).astype(np.float32)
 
     def within(self, wall_mm: np.ndarray) -> np.ndarray:
@@ -166,12 +179,13 @@ def expected_wall(rays: Rays, spacing: np.ndarray) -> np.ndarray:
     return 1 / np.sqrt((s / aside[:, None]) ** 2 + (c / np.maximum(ahead, 30.0)[:, None]) ** 2)
 
 
-def layer_contrast(along: np.ndarray, step_mm: float) -> np.ndarray:
-    """Mean of LAYER_MM nearer to the axis less that of LAYER_MM farther away, at each radius (last axis)."""
-    n = max(round(LAYER_MM / step_mm), 1)
-    mean = ndimage.uniform_filter1d(along, n, axis=-1, mode="nearest")
-    shift = (n + 1) // 2
-    return np.roll(mean, shift, axis=-1) - np.roll(mean, -shift, axis=-1)
+def layer_contrast(along: np.ndarray, step_mm: float, layer_mm: float) -> np.ndarray:
+    """Mean of a layer nearer to the axis less that of one farther away, at each radius (last axis)."""
+    n = max(round(layer_mm / step_mm), 1)
+    mean = ndimage.uniform_filter1d(
+        along, n, axis=-1, mode="nearest"
+    )  # of n // 2 before to (n - 1) // 2 after
+    return np.roll(mean, 1 + (n - 1) // 2, axis=-1) - np.roll(mean, -1 - n // 2, axis=-1)
 
 
 @dataclass(frozen=True)
@@ -187,8 +201,11 @@ class Seen:
         """Of intensities (nz, ny, nx) relative to fat, and depth mm under the skin."""
         even = np.where(depth > SKIN_MM, np.clip(relative, *CLIPPED), 1)
         even = ndimage.gaussian_filter(even.astype(np.float32), SMOOTH_MM / rays.grid.spacing[::-1])
-        along = ndimage.gaussian_filter(rays.sampled(even, 1.0), [0.7, 0.7, 0.0])
-        contrast, below = layer_contrast(along, STEP_MM), rays.sampled(depth, SKIN_MM)  # not seen outside
+        along = ndimage.gaussian_filter(rays.sampled(even), [0.7, 0.7, 0.0])
+        contrast, below = (
+            layer_contrast(along, STEP_MM, LAYER_MM),
+            rays.sampled(depth, SKIN_MM),
+        )  # not seen outside
         seen = below > SKIN_MM
         return cls(rays, np.where(seen, contrast / np.std(contrast[seen]), 0).astype(np.float32), below)
 
@@ -233,31 +250,25 @@ def chest_wall(seen: Seen, sign: float) -> np.ndarray:
     expected = expected_wall(seen.rays, seen.rays.grid.spacing)
     rough = seen.wall(sign, expected, WITHIN_MM, 0.5)
     both = symmetric_wall(rough, seen.evidence(sign, rough)) if seen.rays.two_sided else rough
-    return _smoothed(seen.wall(sign, both, WITHIN_MM / 2, 1.0))
+    return smoothed(seen.wall(sign, both, WITHIN_MM / 2, 1.0))
 
 
-def muscle_back(seen: Seen, wall: np.ndarray) -> np.ndarray:
-    """Radius (slice, angle) mm of the back of the muscle, before ribs and lungs, which are darker."""
-    back = _smoothed(seen.wall(-1.0, wall - MUSCLE_MM, MUSCLE_MM - LEAST_MUSCLE_MM, 0.5))
-    return np.minimum(back, wall - LEAST_MUSCLE_MM)
+def sign_of_muscle(seen: Seen) -> float:
+    """1 where muscle is brighter than the fat before it, -1 where it is darker.
 
-
-def sign_of_muscle(seen: Seen, fat_sign: int) -> float:
-    """1 where muscle is brighter than fat, else -1; fat_sign: whether other tissue of the breast is.
-
-    Where fat is bright, muscle is darker. Where it is suppressed, muscle is brighter in T1, darker in T2: the
-    front of the muscle is an edge, if not as sharp as the ribs and lungs behind it.
+    Ribs and lungs behind the muscle are darker than fat. Bright muscle therefore has its brighter edge in
+    front of the darkest one, by its thickness; before dark muscle, whose front is the darkest edge, nothing
+    gets brighter.
     """
-    if fat_sign < 0:
-        return -1.0
     ahead = np.abs(seen.rays.angles) < np.radians(AHEAD_DEG)
-    brighter, darker = (
-        float(seen.evidence(sign, chest_wall(seen, sign))[:, ahead].mean()) for sign in (1.0, -1.0)
-    )
-    return 1.0 if brighter > SHARE_OF_LUNGS * darker else -1.0
+    brighter = chest_wall(seen, 1.0)
+    in_front = (brighter - chest_wall(seen, -1.0) > LEAST_MUSCLE_MM)[:, ahead]
+    edge = seen.evidence(1.0, brighter)[:, ahead][in_front]
+    return 1.0 if in_front.mean() > 0.5 and edge.mean() > LEAST_EDGE else -1.0
 
 
-def _smoothed(wall: np.ndarray) -> np.ndarray:
+def smoothed(wall: np.ndarray) -> np.ndarray:
+    """A wall (slice, angle) without single outliers."""
     smooth: np.ndarray = ndimage.gaussian_filter(
         ndimage.median_filter(wall, 3, mode="nearest"), 0.7, mode="nearest"
     )

@@ -17,11 +17,12 @@ from mammosim.imaging.chest_wall import (
     chest_wall,
     depth_under_skin,
     expected_wall,
-    muscle_back,
     sign_of_muscle,
     thorax_axis,
 )
-from mammosim.imaging.fat_level import FatLevel, fat_level
+from mammosim.imaging.fat_level import SHELL_MM, FatLevel, fat_level
+from mammosim.imaging.joint_level import joint_level
+from mammosim.imaging.muscle_faces import muscle_faces
 from mammosim.imaging.outline import SKIN_LEVEL, body_mask, coarsened, largest_part, spread_linearly
 
 WALL_MM = 3.5  # voxels in which the chest wall is looked for, and the brightness of fat
@@ -67,14 +68,18 @@ def unsupervised(image: Image, free: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """
     coarse, level = coarsened(image, WALL_MM), SKIN_LEVEL
     seen, fat = _looked_at(coarse, level)
-    sign = fat.sign
-    if sign > 0:
+    muscle = sign_of_muscle(seen)
+    sign = 1 if muscle > 0 else fat.sign
+    if muscle > 0:
         level = BRIGHT_SKIN_LEVEL
         seen, fat = _looked_at(coarse, level, sign)
-    wall = chest_wall(seen, sign_of_muscle(seen, sign))
+    wall = chest_wall(seen, muscle)
     body = largest_part(body_mask(image, skin_level=level) & free)
-    regions = _regions(image, body, seen.rays.on(image.grid), wall, muscle_back(seen, wall))
-    p = _gland(image, regions, spread_linearly(fat.level, image.grid, WALL_MM), sign)
+    depth, rays = depth_under_skin(body, image.grid.spacing), seen.rays.on(image.grid)
+    relative = _from_zero(image.values) / spread_linearly(fat.level, image.grid, WALL_MM)
+    front, back = muscle_faces(rays, relative, depth, wall, muscle)
+    regions = _regions(rays, body, depth, front, back)
+    p = _gland(image, regions, sign)
     return _labels(regions, p, image.grid.spacing), p
 
 
@@ -100,14 +105,13 @@ def _from_zero(values: np.ndarray) -> np.ndarray:
     return np.maximum(values - np.percentile(values, 1), 0).astype(np.float32)
 
 
-def _regions(image: Image, body: np.ndarray, rays: Rays, wall: np.ndarray, back: np.ndarray) -> Regions:
+def _regions(rays: Rays, body: np.ndarray, depth: np.ndarray, wall: np.ndarray, back: np.ndarray) -> Regions:
     """Body, muscle and thorax: whatever of the body is behind the thorax belongs to it."""
-    depth = depth_under_skin(body, image.grid.spacing)
     inside, thorax = rays.within(wall), rays.within(back)
     thorax = np.maximum.accumulate(thorax, axis=1) & (body | inside)
     muscle = inside & ~thorax & (depth > GLAND_DEPTH_MM)
     shut_in = body & ~muscle & ~thorax & ~largest_part(body & ~muscle & ~thorax)
-    ahead = np.arange(body.shape[1])[:, None] < _behind(rays, image.grid)[:, None, None]
+    ahead = np.arange(body.shape[1])[:, None] < _behind(rays, rays.grid)[:, None, None]
     return Regions(body | thorax, muscle | shut_in, thorax, depth, np.broadcast_to(ahead, body.shape))
 
 
@@ -117,17 +121,20 @@ def _behind(rays: Rays, grid: Grid) -> np.ndarray:
     return rows + GLAND_BEHIND_MM / grid.spacing[1]
 
 
-def _gland(image: Image, regions: Regions, level: np.ndarray, sign: int) -> np.ndarray:
+def _gland(image: Image, regions: Regions, sign: int) -> np.ndarray:
     """Probability (nz, ny, nx) float32: 0.5 half way from fat to gland."""
     spacing = image.grid.spacing[::-1]
-    differs = sign * (_from_zero(image.values) / level - 1)
-    smoothing_mm = DARK_FAT_SMOOTHING_MM if sign > 0 else STRAND_MM / 2
     before = ndimage.binary_dilation(
         regions.muscle | regions.thorax, iterations=max(round(GLAND_BEFORE_MM / spacing[1]), 1)
     )
-    least = GLAND_DEPTH_MM if sign < 0 else BRIGHT_SKIN_MM
-    where = regions.ahead & regions.breast & (regions.depth > least) & ~before
-    differs = _averaged(differs, where, smoothing_mm / spacing)
+    breast = regions.ahead & regions.breast & ~before
+    I = _from_zero(image.values)
+    under_skin = breast & (regions.depth > SHELL_MM[0])
+    even = _averaged(I, under_skin, DARK_FAT_SMOOTHING_MM / spacing)
+    level = joint_level(even, under_skin, regions.depth, image.grid, sign)
+    where = breast & (regions.depth > (GLAND_DEPTH_MM if sign < 0 else BRIGHT_SKIN_MM))
+    smoothing_mm = DARK_FAT_SMOOTHING_MM if sign > 0 else STRAND_MM / 2
+    differs = _averaged(sign * (I / level - 1), where, smoothing_mm / spacing)
     deep = where & (regions.depth > DEEP_MM)
     noise = _spread(differs[deep])
     clear = differs[deep & (differs > max(LEAST_CONTRAST, SPREADS * noise))]
