@@ -100,6 +100,12 @@ def test_every_breast_has_all_points():
     assert campaign.subjects == (("small", "left"), ("small", "right"), ("large", "left"))
 
 
+def test_a_load_that_is_given_takes_the_place_of_the_studys():
+    text = f"vary: {{{GLAND}: [1]}}\n"
+    assert read(text).load == {"strategy": "standard", "moduli": "gravity"}
+    assert read(text + "load: {moduli: layered}").load == {"strategy": "standard", "moduli": "layered"}
+
+
 def test_a_list_beside_a_design_has_all_its_points_for_each_value():
     campaign = read(
         f"vary: {{{GLAND}: {{from: 1, to: 2}}, load.paddle: [standard, flexible]}}\n"
@@ -429,6 +435,7 @@ def test_the_page_counts_answers_points_left_out_and_minutes():
     words = opening(campaign, table.assign(outcome=["converged", "failed"], seconds=90.0))
     assert "2 points, of which 1 have an answer; 1 more were left out" in words
     assert "3.0 minutes of a processor" in words
+    assert "Of small left; accuracy `study`, strategy `standard`, moduli `gravity`." in words
     assert summary(campaign, table.assign(force_n=[1.0, 3.0])).iloc[0].tolist() == [
         "force_n",
         2,
