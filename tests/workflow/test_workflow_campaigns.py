@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
+import yaml
 from whole_study import PARTS
 
 pytestmark = pytest.mark.workflow
@@ -182,6 +183,43 @@ def test_a_job_reads_what_its_run_has_planned_and_plans_nothing(quick):
         assert "mine.yaml" in quick.snakemake(*job).stdout
     finally:
         write(quick, QUICK)
+
+
+OTHER = """
+title: other settings
+tissues: layered
+accuracy: draft
+settings: {compression: {steps: 7}}
+load: {strategy: reduced, moduli: MODULI}
+vary: {load.thickness_mm: [45]}
+asked: [force_n]
+"""
+
+
+def test_a_campaign_has_its_own_tissues_moduli_accuracy_settings_and_load(quick):
+    """On one breast: what its images were labelled with is the study's."""
+    campaigns = quick.home / "config/campaigns"
+    for moduli in ("gravity", "compression"):
+        (campaigns / f"other_{moduli}.yaml").write_text(OTHER.replace("MODULI", moduli))
+    quick.snakemake("--touch", "campaign_other_gravity", "campaign_other_compression")
+
+    def values(file):
+        return yaml.safe_load((quick.home / f"config/{file}.yaml").read_text())
+
+    for moduli, tissues in {"gravity": "layered", "compression": "compression"}.items():
+        (kept,) = (quick.run / f".snakemake/mammosim_campaigns/other_{moduli}").iterdir()
+        given = json.loads(kept.read_text())["given"]["settings"]
+        assert given["tissues"] == values("tissues/layered")
+        assert given["load"]["moduli"] == moduli
+        assert given["load"]["tissues"] == values(f"tissues/{tissues}")
+        assert given["load"]["strategy"] == values("strategies_smoke")["reduced"]
+        assert given["mesh"]["element_mm"] == values("accuracy/draft")["mesh"]["element_mm"]
+        assert (
+            given["compression"]["penetration_mm"]
+            == values("accuracy/draft")["compression"]["penetration_mm"]
+        )
+        assert given["compression"]["steps"] == 7, "over those of the accuracy"
+        assert given["segmentation"]["trees"] == values("smoke")["segmentation"]["trees"]
 
 
 def test_campaigns_may_have_any_name(quick):

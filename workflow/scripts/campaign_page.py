@@ -15,9 +15,12 @@ from mammosim.study.campaigns.table import answer_columns, failures, shares, sum
 from mammosim.study.report.pages import Listing, Picture, Section, report
 
 REASONS = 50  # rows on the page; the table has them all
-AGAINST = "against each setting: every point, and at each value the median and the range of 80 % of them."
+AGAINST = (
+    "against each setting: every point, and at each value the median and the range of 80 % of them. Where a "
+    "mark is hollow, some points have no answer: the median is that of the others, and may jump."
+)
 LINES = "along the setting with most values; what is not shown is averaged over."
-PAIRS = "over pairs of settings, averaged over all others."
+PAIRS = "over pairs of settings, averaged over all others that have an answer."
 
 
 def main(path: str, campaign: Campaign, out: str) -> None:

@@ -1,14 +1,16 @@
 """What a campaign answers, against what it varies: any number of values, by colours and facets."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SEQUENTIAL, WIDTH, new_figure, styled
 from mammosim.study.campaigns.axes import LOG
@@ -27,6 +29,7 @@ SHORT = 34  # letters of a label
 
 def label(key: str) -> str:
     """A setting as an axis names it: the last words of its key, with the unit."""
+    key = key.replace("youngs_modulus", "Young's_modulus")
     words = heading(key.removeprefix("load.").removeprefix("tissues.").replace(".", " ").replace(" ", "_"))
     return words if len(words) <= SHORT else f"…{words[-SHORT:]}"
 
@@ -55,7 +58,7 @@ def against(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure:
     figure = new_figure(2.3 * down, width=WIDTH if across > 1 else 0.6 * WIDTH)
     panels = figure.subplots(down, across, squeeze=False, sharey=True).ravel()
     for ax, key in zip(panels, keys):
-        _against(ax, campaign, table.dropna(subset=[name]), key, name)
+        _against(ax, campaign, table, key, name)
     for ax in panels[len(keys) :]:
         ax.set_visible(False)
     for ax in panels[::across]:
@@ -67,8 +70,11 @@ def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: 
     numeric = is_line(campaign, key)
     names = list(dict.fromkeys(map(str, table[key])))
     place = table[key] if numeric else table[key].astype(str).map({n: i for i, n in enumerate(names)})
-    ax.plot(place, table[name], ".", color=QUIET, ms=2.5, alpha=max(0.05, min(0.6, 60 / len(table))))
-    grouped = table[name].groupby(_binned(place) if numeric else place)
+    there = table[name].notna()
+    ax.plot(
+        place[there], table[name][there], ".", color=QUIET, ms=2.5, alpha=max(0.05, min(0.6, 60 / len(table)))
+    )
+    grouped = table[name][there].groupby(_binned(place[there]) if numeric else place[there])
     low, middle, high = (grouped.quantile(q) for q in (INTERVAL[0], 0.5, INTERVAL[1]))
     if numeric:
         ax.fill_between(middle.index, low, high, color=BLUE, alpha=0.18, lw=0)
@@ -78,9 +84,21 @@ def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: 
         step = -(-len(names) // TICKS)
         ax.set_xticks(range(0, len(names), step), names[::step], rotation=30, ha="right", fontsize=7)
         ax.set_xlim(-0.6, len(names) - 0.4)
+    if numeric:
+        gaps = table[table[name].isna()][key].unique()
+        hollow = middle[middle.index.isin(gaps)]
+        ax.plot(hollow.index, hollow, "o", color=BLUE, mfc="white", ms=4, label="gaps")
     if is_log(campaign, key):
-        ax.set_xscale("log")
+        _log_ticks(ax.set_xscale, ax.xaxis)
     ax.set_xlabel(label(key))
+
+
+def _log_ticks(scale: Callable[[str], None], axis: Axis) -> None:
+    """A logarithmic axis with plain numbers at 1, 2 and 5 times powers of ten, which have room."""
+    scale("log")
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _binned(values: pd.Series) -> pd.Series:
@@ -113,7 +131,7 @@ def lines(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
         ax.set_title(title, fontsize=8)
         ax.set_xlabel(label(x))
         if is_log(campaign, x):
-            ax.set_xscale("log")
+            _log_ticks(ax.set_xscale, ax.xaxis)
     for ax in axes[len(panels) :]:
         ax.set_visible(False)
     for ax in axes[::across]:
@@ -198,9 +216,9 @@ def _scattered(
     ax: Axes, campaign: Campaign, table: pd.DataFrame, one: str, other: str, name: str, norm: Normalize
 ) -> None:
     ax.scatter(table[one], table[other], c=table[name], norm=norm, cmap=SEQUENTIAL, s=9, lw=0)
-    for key, scale in ((one, ax.set_xscale), (other, ax.set_yscale)):
+    for key, scale, axis in ((one, ax.set_xscale, ax.xaxis), (other, ax.set_yscale, ax.yaxis)):
         if is_log(campaign, key):
-            scale("log")
+            _log_ticks(scale, axis)
 
 
 @styled

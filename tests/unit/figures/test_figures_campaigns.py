@@ -49,7 +49,7 @@ def test_an_answer_is_drawn_against_each_setting_on_its_own_scale():
     campaign, table = made(GRID)
     gland, thickness, paddle = figures.against(campaign, table, "agd_mgy").axes
     assert gland.get_xscale() == "log"
-    assert gland.get_xlabel() == "glandular youngs modulus (kPa)"
+    assert gland.get_xlabel() == "glandular Young's modulus (kPa)"
     assert gland.get_ylabel() == "agd (mGy)"
     middle = gland.lines[1]
     expected = table.groupby(GLAND).agd_mgy.median()
@@ -102,7 +102,7 @@ def test_a_sample_has_no_lines_and_its_shares_have_intervals():
     assert figures.lines(campaign, table, "agd_mgy") is None
     (ax,) = figures.explained(shares(campaign, table)).axes
     assert [label.get_text() for label in ax.get_yticklabels()] == [
-        "glandular youngs modulus (kPa)",
+        "glandular Young's modulus (kPa)",
         "thickness (mm)",
     ]
     assert ax.get_legend() is not None
@@ -113,3 +113,22 @@ def test_points_without_an_answer_leave_a_gap():
     table.loc[table[GLAND] > 20, "agd_mgy"] = np.nan
     for draw in (figures.against, figures.lines, figures.pairs):
         assert draw(campaign, table, "agd_mgy") is not None
+
+
+def test_a_median_of_some_of_the_points_is_hollow():
+    campaign, table = made(GRID)
+    table.loc[(table[GLAND] > 20) & (table["load.thickness_mm"] == 45), "agd_mgy"] = np.nan
+    gland, thickness, _ = figures.against(campaign, table, "agd_mgy").axes
+    hollow = [next(line for line in ax.lines if line.get_label() == "gaps") for ax in (gland, thickness)]
+    assert sorted(hollow[0].get_xdata()) == sorted(table[GLAND][table[GLAND] > 20].unique())
+    assert list(hollow[1].get_xdata()) == [45]
+
+
+def test_ticks_of_a_logarithmic_axis_are_plain_numbers_that_fit():
+    campaign, table = made(GRID)
+    gland, *_ = figures.against(campaign, table, "agd_mgy").axes
+    low, high = gland.get_xlim()
+    gland.figure.canvas.draw()
+    told = [text.get_text() for text in gland.get_xticklabels() if low <= text.get_position()[0] <= high]
+    assert told == ["0.5", "1", "2", "5", "10", "20", "50"]
+    assert not any(text.get_text() for text in gland.get_xticklabels(minor=True))

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -100,6 +101,12 @@ def test_every_breast_has_all_points():
     assert campaign.subjects == (("small", "left"), ("small", "right"), ("large", "left"))
 
 
+def test_a_load_that_is_given_takes_the_place_of_the_studys():
+    text = f"vary: {{{GLAND}: [1]}}\n"
+    assert read(text).load == {"strategy": "standard", "moduli": "gravity"}
+    assert read(text + "load: {moduli: layered}").load == {"strategy": "standard", "moduli": "layered"}
+
+
 def test_a_list_beside_a_design_has_all_its_points_for_each_value():
     campaign = read(
         f"vary: {{{GLAND}: {{from: 1, to: 2}}, load.paddle: [standard, flexible]}}\n"
@@ -135,6 +142,7 @@ def test_points_that_a_condition_excludes_are_left_out():
             "has no number of values: add `number:` to it, or a `design:`",
         ),
         (f"vary: {{{GLAND}: {{from: 3, to: 1, number: 3}}}}", "from = 3 is not below to = 1"),
+        (f"vary: {{{GLAND}: {{from: 3, to: 3, number: 3}}}}", "from = 3 is not below to = 3"),
         (f"vary: {{{GLAND}: {{from: 0, to: 1, number: 3, scale: log}}}}", "begins above 0"),
         (f"vary: {{{GLAND}: {{from: 1, to: .inf, number: 3}}}}", "to = inf is no finite number"),
         (f"vary: {{{GLAND}: {{from: 1, to: 2, number: 3, step: 1}}}}", "has no key 'step'"),
@@ -253,6 +261,8 @@ def test_what_points_share_is_kept_and_brings_them_into_one_batch(case, known):
     for batch in found.values():
         unloaded = [point.own.get("stress_free") for point in batch]
         assert len({*unloaded}) * thicknesses == len(unloaded), "none is made in two jobs"
+        others = sum(a != b for a, b in pairwise(unloaded))
+        assert others == len({*unloaded}) - 1, "those that share it are neighbours"
     (given, *_) = (parameters(batch, shared) for batch in found.values())
     assert {"unloaded", "stress_free"} >= {name for point in given["points"] for name in point["stored"]}
 
@@ -423,19 +433,21 @@ def test_volunteers_stand_in_the_order_of_the_campaign():
     assert table[GLAND].tolist() == [1, 2, 1, 2]
 
 
+def test_a_condition_holds_up_to_its_limit_or_with_it():
+    text = f"vary: {{{GLAND}: [1, 2, 3]}}\nexclude: ['{GLAND} %s 2']"
+    for sign, kept in {"<": [2, 3], "<=": [3], ">": [1, 2], ">=": [1], "==": [1, 3], "!=": [2]}.items():
+        assert [point.shown[GLAND] for point in read(text.replace("%s", sign)).points()] == kept
+
+
 def test_the_page_counts_answers_points_left_out_and_minutes():
     campaign = read(f"vary: {{{GLAND}: [1, 2, 3]}}\nexclude: ['{GLAND} > 2']")
     table = frame(campaign, rows(campaign, lambda shown: 1.0))
     words = opening(campaign, table.assign(outcome=["converged", "failed"], seconds=90.0))
     assert "2 points, of which 1 have an answer; 1 more were left out" in words
     assert "3.0 minutes of a processor" in words
-    assert summary(campaign, table.assign(force_n=[1.0, 3.0])).iloc[0].tolist() == [
-        "force_n",
-        2,
-        1.0,
-        2.0,
-        3.0,
-    ]
+    assert "Of small left; accuracy `study`, strategy `standard`, moduli `gravity`." in words
+    three = pd.concat([table, table[:1]]).assign(force_n=[1.0, 2.0, 6.0])
+    assert summary(campaign, three).iloc[0].tolist() == ["force_n", 3, 1.0, 2.0, 6.0]
 
 
 def test_reasons_are_counted_the_most_frequent_first():

@@ -32,12 +32,21 @@ def opening(campaign: Campaign, table: pd.DataFrame) -> str:
             else ""
         )
         + f". They took {table.seconds.sum() / 60:.1f} minutes of a processor.",
+        whose_words(campaign),
         *factor_words(table),
         "Varied: " + ". ".join(map(axis_words, campaign.axes)) + ".",
         f"All points: [{campaign.name}.csv]({campaign.name}.csv), "
         f"[{campaign.name}.parquet]({campaign.name}.parquet).",
     ]
     return "\n\n".join(parts).translate(BRACES)
+
+
+def whose_words(campaign: Campaign) -> str:
+    """Whose breasts, and what does not vary."""
+    breasts = ", ".join(f"{volunteer} {side}" for volunteer, side in campaign.subjects)
+    load = [f"{key} `{value}`" for key, value in campaign.load.items() if f"load.{key}" not in campaign.keys]
+    tissues = [f"tissues `{campaign.tissues}`"] if campaign.tissues else []
+    return f"Of {breasts}; {', '.join([f'accuracy `{campaign.accuracy}`', *tissues, *load])}."
 
 
 def factor_words(table: pd.DataFrame) -> list[str]:
