@@ -29,7 +29,7 @@ PYTHON = sys.executable.strip("'")
 sys.executable = shlex.quote(PYTHON)
 # The solver that chooses the next jobs cannot read a file in a folder with a blank; jobs get the folder all the same.
 if " " in tempfile.gettempdir():
-    os.environ.update(TMP="/tmp")
+    os.environ.update(TMP=".snakemake")
 HERE = Path(os.path.relpath(HOME))  # as an input is recorded: the same when all of it is moved
 PACKAGE = Path(mammosim.__file__).parent
 SCRIPTS = HOME / "workflow" / "scripts"
