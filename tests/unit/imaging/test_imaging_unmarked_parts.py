@@ -259,3 +259,17 @@ def test_a_step_towards_the_skin_goes_along_its_normal_though_the_grid_is_turned
     x = grid.points(np.stack([k.ravel(), np.full(k.size, 11.5), i.ravel()], axis=1))
     moved = alignment._skin_step(grid, distance, slopes, x)(x)
     np.testing.assert_allclose((moved - x).mean(axis=0), -3.0 * turned[:, 1], atol=0.05)
+
+
+def test_a_step_turns_points_about_their_own_middle():
+    """Flat skin at y = 320 of a grid far from the frame's origin; points tilted by 2 degrees come back."""
+    grid = Grid((20, 20, 20), np.full(3, 2.0), np.full(3, 300.0))
+    distance = np.broadcast_to(2.0 * (np.arange(20.0) - 10)[None, :, None], grid.shape)
+    slopes = np.zeros((*grid.shape, 3))
+    slopes[..., 1] = 1.0
+    k, i = np.meshgrid(np.arange(3.0, 17.0), np.arange(3.0, 17.0))
+    x = grid.points(np.stack([k.ravel(), np.full(k.size, 10.0), i.ravel()], axis=1))
+    middle = x.mean(axis=0)
+    tilted = middle + (x - middle) @ rotation(np.array([0.0, 0.0, 2.0])).T
+    moved = alignment._skin_step(grid, distance, slopes, tilted)(tilted)
+    assert np.abs(moved[:, 1] - 320).max() < np.abs(tilted[:, 1] - 320).max() / 4
