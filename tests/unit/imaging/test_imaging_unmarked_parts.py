@@ -246,3 +246,30 @@ def test_what_is_reached_at_the_end_must_be_sure_whatever_it_was_before(ended, r
     ended((0.1, [99.0]), (0.9, [10.0]))
     with pytest.raises(ImageError, match="do not match: at best"):
         ended((0.99, [0.1]), (r, [error_mm]))
+
+
+def test_a_step_towards_the_skin_goes_along_its_normal_though_the_grid_is_turned():
+    """Flat skin at j = 10 of a grid turned by 60 degrees about z; points 3 mm off it come back along j."""
+    turned = rotation(np.array([0.0, 0.0, 60.0]))
+    grid = Grid((20, 20, 20), np.full(3, 2.0), np.zeros(3), turned)
+    distance = np.broadcast_to(2.0 * (np.arange(20.0) - 10)[None, :, None], grid.shape)
+    slopes = np.zeros((*grid.shape, 3))
+    slopes[..., 1] = 1.0
+    k, i = np.meshgrid(np.arange(3.0, 17.0), np.arange(3.0, 17.0))
+    x = grid.points(np.stack([k.ravel(), np.full(k.size, 11.5), i.ravel()], axis=1))
+    moved = alignment._skin_step(grid, distance, slopes, x)(x)
+    np.testing.assert_allclose((moved - x).mean(axis=0), -3.0 * turned[:, 1], atol=0.05)
+
+
+def test_a_step_turns_points_about_their_own_middle():
+    """Flat skin at y = 320 of a grid far from the frame's origin; points tilted by 2 degrees come back."""
+    grid = Grid((20, 20, 20), np.full(3, 2.0), np.full(3, 300.0))
+    distance = np.broadcast_to(2.0 * (np.arange(20.0) - 10)[None, :, None], grid.shape)
+    slopes = np.zeros((*grid.shape, 3))
+    slopes[..., 1] = 1.0
+    k, i = np.meshgrid(np.arange(3.0, 17.0), np.arange(3.0, 17.0))
+    x = grid.points(np.stack([k.ravel(), np.full(k.size, 10.0), i.ravel()], axis=1))
+    middle = x.mean(axis=0)
+    tilted = middle + (x - middle) @ rotation(np.array([0.0, 0.0, 2.0])).T
+    moved = alignment._skin_step(grid, distance, slopes, tilted)(tilted)
+    assert np.abs(moved[:, 1] - 320).max() < np.abs(tilted[:, 1] - 320).max() / 4
