@@ -70,7 +70,7 @@ def unsupervised(image: Image, free: np.ndarray) -> tuple[np.ndarray, np.ndarray
     seen, fat = _looked_at(coarse, level)
     muscle = sign_of_muscle(seen)
     sign = 1 if muscle > 0 else fat.sign
-    if muscle > 0:
+    if sign > 0:
         level = BRIGHT_SKIN_LEVEL
         seen, fat = _looked_at(coarse, level, sign)
     wall = chest_wall(seen, muscle)
@@ -132,7 +132,8 @@ def _gland(image: Image, regions: Regions, sign: int) -> np.ndarray:
     under_skin = breast & (regions.depth > SHELL_MM[0])
     even = _averaged(I, under_skin, DARK_FAT_SMOOTHING_MM / spacing)
     level = joint_level(even, under_skin, regions.depth, image.grid, sign)
-    where = breast & (regions.depth > (GLAND_DEPTH_MM if sign < 0 else BRIGHT_SKIN_MM))
+    bright_skin = max(BRIGHT_SKIN_MM, 2.01 * float(spacing.min()))  # and the voxels that it fills in part
+    where = breast & (regions.depth > (GLAND_DEPTH_MM if sign < 0 else bright_skin))
     smoothing_mm = DARK_FAT_SMOOTHING_MM if sign > 0 else STRAND_MM / 2
     differs = _averaged(sign * (I / level - 1), where, smoothing_mm / spacing)
     deep = where & (regions.depth > DEEP_MM)
