@@ -100,9 +100,11 @@ def finished_once(repository: Path, folder: Path) -> str:
     with locked(folder / "lock"):
         if not said.exists():
             shutil.rmtree(folder / "study", ignore_errors=True)  # of a process that died
-            (folder / "study").mkdir()
-            # The repository's own sources: kernels that this run or a test has compiled serve both.
-            result = Study(repository, folder / "study").snakemake("study", *BESIDE)
+            made = copy_of_the_study(repository, folder / "study")
+            # Kernels are compiled beside their source: what this run or a test has compiled serves both.
+            shutil.rmtree(made.home / "src")
+            (made.home / "src").symlink_to(repository / "src", target_is_directory=True)
+            result = made.snakemake("study", *BESIDE)
             said.write_text(result.stdout[-6000:] or "failed" if result.returncode else "")
     return said.read_text()
 
@@ -116,7 +118,7 @@ def finished(repository, tmp_path_factory) -> Study:
     failure = finished_once(repository, shared)
     assert not failure, failure
     own = copy_of_the_study(repository, tmp_path_factory.mktemp("finished"))
-    shutil.copytree(shared / "study", own.run, symlinks=True, dirs_exist_ok=True)
+    shutil.copytree(shared / "study/run", own.run, symlinks=True, dirs_exist_ok=True)
     for target in BESIDE:
         numbers = own.run / f"results/study/{target}.json"
         numbers.rename(numbers.with_suffix(".aside"))

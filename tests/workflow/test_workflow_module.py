@@ -58,7 +58,7 @@ def test_rules_and_settings_of_a_module(used):
         for each in result.stdout.split("rule ")
         if each.startswith("mammosim_compress:")
     ]
-    assert "runtime=10" in asked, "measured under its own name"
+    assert "runtime=11" in asked, "measured under its own name"
 
 
 def test_a_job_of_a_module_finds_its_script_and_the_package(used, tmp_path):
