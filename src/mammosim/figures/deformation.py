@@ -124,7 +124,7 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
         range(len(rows)), rows.max_displacement_mm, color=list(colours(names).values()), width=0.62
     )
     right.set_xticks(range(len(rows)), names)
-    bare = rows.max_displacement_mm[rows.skin_kpa == 0]
+    bare = rows.max_displacement_mm[rows.skin_kpa == 0].dropna()
     labels = [
         f"{d:.1f}" if E == 0 or not len(bare) else f"{d:.1f}\n({100 * (d / bare.iloc[0] - 1):+.0f} %)"
         for E, d in zip(rows.skin_kpa, rows.max_displacement_mm)

@@ -226,6 +226,12 @@ def stood(n: int) -> Figure:
     return deformation.upright(dict.fromkeys(names(n), SKIN), rows, x_mm=75.0)
 
 
+def test_where_a_breast_without_skin_has_no_equilibrium_nothing_is_compared_with_it():
+    rows = pd.DataFrame({"skin_kpa": [0.0, 10.0], "max_displacement_mm": [np.nan, 61.9]})
+    shown = [text.get_text() for text in deformation.upright({"skin": SKIN}, rows, x_mm=75.0).axes[1].texts]
+    assert shown == ["", "61.9"]
+
+
 def residuals(women: int, methods: int) -> Figure:
     rows = table(volunteer=names(women), method=names(methods, "way"), iteration=[0, 1, 2],
                  max_mm=lambda k: 9.0 - k % 3)  # fmt: skip
