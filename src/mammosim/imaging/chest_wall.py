@@ -182,9 +182,8 @@ def expected_wall(rays: Rays, spacing: np.ndarray) -> np.ndarray:
 def layer_contrast(along: np.ndarray, step_mm: float, layer_mm: float) -> np.ndarray:
     """Mean of a layer nearer to the axis less that of one farther away, at each radius (last axis)."""
     n = max(round(layer_mm / step_mm), 1)
-    mean = ndimage.uniform_filter1d(
-        along, n, axis=-1, mode="nearest"
-    )  # of n // 2 before to (n - 1) // 2 after
+    # Each mean is of n // 2 samples before its place to (n - 1) // 2 after it.
+    mean = ndimage.uniform_filter1d(along, n, axis=-1, mode="nearest")
     return np.roll(mean, 1 + (n - 1) // 2, axis=-1) - np.roll(mean, -1 - n // 2, axis=-1)
 
 
@@ -202,10 +201,8 @@ class Seen:
         even = np.where(depth > SKIN_MM, np.clip(relative, *CLIPPED), 1)
         even = ndimage.gaussian_filter(even.astype(np.float32), SMOOTH_MM / rays.grid.spacing[::-1])
         along = ndimage.gaussian_filter(rays.sampled(even), [0.7, 0.7, 0.0])
-        contrast, below = (
-            layer_contrast(along, STEP_MM, LAYER_MM),
-            rays.sampled(depth, SKIN_MM),
-        )  # not seen outside
+        contrast = layer_contrast(along, STEP_MM, LAYER_MM)
+        below = rays.sampled(depth, SKIN_MM)  # not seen outside
         seen = below > SKIN_MM
         return cls(rays, np.where(seen, contrast / np.std(contrast[seen]), 0).astype(np.float32), below)
 

@@ -23,8 +23,11 @@ FARTHEST = 0.7
 # ASSUME: gland differs from fat by a quarter at least, over 0.4 of that; it is 0.02 to 0.6 of the breast.
 LEAST_CONTRAST, GLAND_SPREAD, SHARES, FIRST_SHARE = 0.25, 0.4, (0.02, 0.6), 0.3
 DEEP_MM, LEAST_VOXELS = 8.0, 50
+# ASSUME: fat varies by 0.03 at least; what differs by more than 0.2 and twice its noise is gland.
+LEAST_NOISE, CLEARLY, NOISES = 0.03, 0.2, 2.0
 # ASSUME: in the layer under the skin what differs by 0.15 is a tenth fat; the layer is even over 25 mm.
 IN_SHELL, SHELL_WEIGHT, SHELL_NEAR_MM, SHELL_FAR_MM = 0.15, 0.1, 25.0, 60.0
+SHELL_FARTHEST, SHELL_ITERATIONS = 0.6, 4  # what differs by more to the side away from gland is no fat
 
 
 @dataclass(frozen=True)
@@ -90,9 +93,9 @@ def _of_shell(voxels: Voxels, I: np.ndarray, depth: np.ndarray, sign: int) -> np
     """Level of the layer under the skin, carried on to all."""
     weight = (depth < SHELL_MM[1]).astype(float)
     level = voxels.carried(I, weight, FAR_MM, (FAR_MM, 0.0))
-    for _ in range(4):
+    for _ in range(SHELL_ITERATIONS):
         differs = sign * (I / voxels.on(level) - 1)
-        w = weight * np.where(differs > IN_SHELL, SHELL_WEIGHT, 1.0) * (differs > -0.6)
+        w = weight * np.where(differs > IN_SHELL, SHELL_WEIGHT, 1.0) * (differs > -SHELL_FARTHEST)
         level = voxels.carried(I, w, SHELL_NEAR_MM, (SHELL_FAR_MM, 0.01))
     return level
 
@@ -100,8 +103,8 @@ def _of_shell(voxels: Voxels, I: np.ndarray, depth: np.ndarray, sign: int) -> np
 def _classes(differs: np.ndarray, depth: np.ndarray) -> tuple[float, float]:
     """Standard deviation of fat, from the other side of it than gland; what gland differs by."""
     other = differs[differs < 0]
-    noise = max(1.4826 * float(np.median(-other)), 0.03) if len(other) else 0.03
-    clear = differs[(differs > max(0.2, 2 * noise)) & (depth > DEEP_MM)]
+    noise = max(1.4826 * float(np.median(-other)), LEAST_NOISE) if len(other) else LEAST_NOISE
+    clear = differs[(differs > max(CLEARLY, NOISES * noise)) & (depth > DEEP_MM)]
     c = float(np.median(clear)) if len(clear) > LEAST_VOXELS else GLAND_SPREAD
     return noise, max(c, LEAST_CONTRAST)
 
