@@ -27,11 +27,13 @@ def end_with_the_run() -> None:
 
     The system tells of the death of whatever has started this script: the run, where the shell that the run
     starts gives its place to the script. Not every shell does, so that a thread looks for the run itself.
+    Ctrl-C is left to the run, which ends its jobs: one that ends by itself before the run knows is a failure to it.
     """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
     run = os.environ.get(RUN, "")
     if not run.isdecimal():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
         return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if not is_alive(int(run)):
