@@ -93,7 +93,7 @@ LOCKED := --universal --python-version 3.11 --generate-hashes --no-annotate --no
     --no-emit-find-links --upgrade --quiet
 
 lock:  ## renew environment.lock, cluster.lock and peers.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra dev --extra workflow --extra crate $(LOCKED) --output-file environment.lock
+	uv pip compile pyproject.toml --extra dev --extra workflow --extra crate --extra docs $(LOCKED) --output-file environment.lock
 	uv pip compile pyproject.toml --extra cluster $(LOCKED) --constraints environment.lock --output-file cluster.lock
 	$(PYTHON) tools/without_pins.py cluster.lock environment.lock
 	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
