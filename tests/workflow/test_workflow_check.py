@@ -209,14 +209,14 @@ def real_women(study, tmp_path):
     files = [str(study.home / "config" / name) for name in ("own.yaml", "real.yaml")]
     there = replace(study, run=tmp_path)
 
-    def ask(target: str, *options: str) -> subprocess.CompletedProcess[str]:
-        return there.snakemake("--configfile", *files, *options, "--", target)
+    def ask(*targets: str, dry: bool = False) -> subprocess.CompletedProcess[str]:
+        return there.snakemake("--configfile", *files, *(["--dry-run"] if dry else []), "--", *targets)
 
     return ask
 
 
 def test_of_two_real_women_whoever_is_there_is_studied(real_women, tmp_path):
-    nobody = real_women("check", "--dry-run")
+    nobody = real_women("check", dry=True)
     assert nobody.returncode != 0
     assert (
         "nobody's data are there: duke_001: no images real/Breast_MRI_001; exam_10: no labels "
@@ -225,7 +225,7 @@ def test_of_two_real_women_whoever_is_there_is_studied(real_women, tmp_path):
     labels = tmp_path / "real/Exam_10/Label_map_simple.zip"
     labels.parent.mkdir(parents=True)
     labels.touch()
-    one = real_women("check", "--dry-run")
+    one = real_women("check", dry=True)
     assert one.returncode == 0, one.stdout[-3000:]
     said = "Not planned for duke_001: no study of her: images real/Breast_MRI_001 is not there."
     assert said in one.stdout.splitlines()
@@ -243,9 +243,8 @@ def test_two_real_women_are_planned_and_checked(real_women, tmp_path):
         (tmp_path / place).parent.mkdir(parents=True)
         (tmp_path / place).symlink_to(REAL / file)
     names = ("duke_001", "exam_10")
-    for name in names:
-        planned = real_women(f"results/women/{name}/what.html", "--dry-run")
-        assert planned.returncode == 0, planned.stdout[-3000:]
+    planned = real_women(*(f"results/women/{name}/what.html" for name in names), dry=True)
+    assert planned.returncode == 0, planned.stdout[-3000:]
     checked = real_women("check")
     assert checked.returncode == 0, checked.stdout[-3000:]
     lines = checked.stdout.splitlines()

@@ -27,7 +27,7 @@ ALWAYS |= {"spectrum", "scatter", "mammogram", "unload"}
 # Smaller than the tiny study: what is asked is whether there is an answer.
 SMALLEST = {
     "mesh": {"element_mm": {"breast": 26.0, "chest": 34.0}},
-    "compression": {"thickness_mm": {"ada": 45.0}, "steps": 3},
+    "compression": {"thickness_mm": {"ada": 60.0}, "steps": 3},
     "xray": {
         **{"energies": 4, "voxel_mm": 5.0, "pixel_mm": 3.0, "scatter_error_percent": 30.0},
         "calcifications": {"pixel_mm": 0.4, "images": 5},

@@ -11,12 +11,19 @@ from mammosim.chain.stages import STAGES
 MAY_READ_THE_TRUTH = ("digital_", "score_")
 # What is made by default, and on demand of volunteers beside the study.
 TARGETS = ("study", "recovery", "wrong_model")
+TWO = ("small", "large")
 
 
 @pytest.fixture(scope="module")
 def jobs(study):
-    """Every job of every target with digital volunteers."""
-    return study.jobs("--forceall", *TARGETS)
+    """Every job of every target with digital volunteers, of which the study has two."""
+    return study.jobs("--forceall", *TARGETS, "--config", f"volunteers=[{', '.join(TWO)}]")
+
+
+def test_each_woman_of_a_study_has_the_same_jobs(jobs):
+    first, second = ({job.replace(v, "v") for job in jobs if v in re.split(r"\W|_", job)} for v in TWO)
+    assert len(first) > 60
+    assert first == second
 
 
 def test_only_rules_that_make_or_score_volunteers_read_the_truth(jobs):

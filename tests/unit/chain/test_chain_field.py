@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 
 from mammosim.chain.beam import HELD, MAMMOGRAM, TOMOSYNTHESIS, Mammography, Scanner, field_rows, require_held
 from mammosim.core.errors import ConfigurationError, MissingResult
@@ -34,6 +35,23 @@ def test_the_room_of_a_block_follows_from_similar_triangles():
     assert row.room_mm == pytest.approx(100 - 60 * 650 / 590)
     require_held(rows(120.0), MAMMOGRAM)
     require_held(rows(120.0), TOMOSYNTHESIS)
+
+
+def test_the_published_detectors_hold_both_women_with_10_mm_to_spare(repository):
+    """Between plates the volume of half an ellipsoid, 2/3 pi R^2 p, is half a disc, pi r^2 t / 2."""
+    config = yaml.safe_load((repository / "config/default.yaml").read_text())
+    for woman in config["volunteers"]:
+        breast = config["digital"]["women"][woman]["breast"]
+        t = config["compression"]["thickness_mm"][woman]
+        r = np.sqrt(4 / 3 * breast["base_radius_mm"] ** 2 * breast["projection_mm"] / t)
+        grid = grid_around(np.array([-r, -r, 0.0]), np.array([r, 0.0, t]), 2.0)
+        x, y, _ = np.moveaxis(grid.centres().reshape(*grid.shape, 3), -1, 0)
+        values = np.where(np.hypot(x, y) < r, np.uint8(Label.ADIPOSE), np.uint8(Label.AIR))
+        mammography = read(Mammography, {key: config["xray"][key] for key in GEOMETRY}, "xray")
+        scanner = Scanner(config["xray"]["tomosynthesis"]["system"], 1.0)
+        held = field_rows(LabelMap(grid, values), chest_y_mm=0.0, mammography=mammography, scanner=scanner)
+        assert held.outcome.tolist() == [HELD] * 2, woman
+        assert held.room_mm.min() > 10, woman
 
 
 def test_a_breast_may_fit_one_detector_and_not_the_other():

@@ -102,6 +102,21 @@ def test_scatter_to_primary_is_scatter_over_the_projected_primary(exposure):
         found.to_primary(image[:99])
 
 
+def test_scatter_to_primary_grows_with_thickness():
+    """Of slabs of 20, 40 and 60 mm, and 0.2 to 0.9 in the middle of 40 to 60 mm (Boone and Cooper 2000)."""
+    materials = tuple(material(name) for name in ("air", "adipose", "glandular"))
+    ratios = []
+    for thick in (20.0, 40.0, 60.0):
+        grid = grid_around(np.array([-40.0, -40.0, 20.0]), np.array([40.0, 40.0, 20.0 + thick]), 4.0)
+        index = np.full(grid.shape, ADIPOSE, np.uint8)
+        index[:, 8:12, 8:12] = GLAND
+        slab = ExposureSetup(Phantom(grid, index, materials), GEOMETRY, BEAM)
+        (found,) = results(slab, [ScatterImage(GLAND, 0.03, cell_mm=20.0)], seed=10)
+        ratios.append(found.to_primary(primary(slab.phantom, GEOMETRY, BEAM).signal).value[2, 2])
+    assert np.all(np.diff(ratios) > 0)
+    assert 0.2 < ratios[1] < ratios[2] < 0.9
+
+
 @pytest.fixture
 def threads_restored():
     before = numba.get_num_threads()
