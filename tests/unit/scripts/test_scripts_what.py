@@ -83,3 +83,17 @@ def test_what_is_there_is_linked_and_what_is_missing_is_told_once(script, tmp_pa
     ]
     assert "mammogram_ada" in row, "the figure that lacks it"
     assert "a supine series" in page
+
+
+def test_the_position_that_she_is_modelled_in_is_not_listed_as_a_prediction(script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = [
+        {"position": position, "quantity": "skin_mean", "value_mm": value, "outcome": "converged"}
+        for position, value in (("prone", 1e-9), ("supine", 1.25))
+    ]
+    write_table(pd.DataFrame(rows), "validation.csv")
+    told = {"tables": {"validation": ["validation.csv"]}, "planned": [], "gains": [], "thickness": ""}
+    script("what").main("ada", ROWS, told | {"modelled": "prone"}, [], "what.html")
+    page = (tmp_path / "what.html").read_text()
+    assert ">1.25</td>" in page
+    assert "made of the prone series" in page

@@ -65,9 +65,10 @@ def test_of_each_breast_its_own_first_strategy_is_told():
     other = PRESSED.assign(strategy="reduced", plates_mm=60.0)
     right = PRESSED.assign(side="right", plates_mm=50.0)
     both = pd.concat([PRESSED, other, right])
-    words = answers_in_words({"compression": both, "image": IMAGE.assign(side="right")})
+    images = pd.concat([IMAGE.assign(side="right", strategy="reduced", mas=7.0), IMAGE.assign(side="right")])
+    words = answers_in_words({"compression": both, "image": images})
     assert [("plates 45" in each, "plates 50" in each) for each in words] == [(True, False), (False, True)]
-    assert ["dose" in each for each in words] == [False, True]
+    assert ["at 100 mAs" in each for each in words] == [False, True], "of the same strategy"
     assert answers_in_words({"compression": MISSING_IMAGE}) == answers_in_words({}) == []
 
 
@@ -78,11 +79,13 @@ def test_a_part_is_done_where_its_table_or_picture_is_there():
             "mesh_quality": pd.DataFrame({"volume_mm3": [1.0]}),
             "image": MISSING_IMAGE,
             "compression": pd.concat([PRESSED, MISSING_IMAGE]),
+            "dose": IMAGE,
         },
         pictures={"positions_ada": b"png"},
     )
     assert found[TOLD["mesh"]] == found[TOLD["scan"]] == found[TOLD["listed"]] == ("yes", "")
     assert found["mammogram"] == ("failed", "the field is narrow")
+    assert found[TOLD["exposed_dose"]] == ("yes", "")
     assert found[TOLD["pressed"]] == ("in part", "the field is narrow")
     assert found[TOLD["slices"]] == ("not asked", "the settings do not ask for it")
     assert found[TOLD["upright"]] == ("not yet", "her data allow it: snakemake study makes it")
@@ -125,11 +128,30 @@ def test_the_page_has_what_was_given_what_was_found_and_links_from_her_folder():
     for words in ("a.nii.gz", "resample", "the breast slipped out", ALONE, "Half of her depth.", "17.1"):
         assert words in text
     assert "left 23.4 mm (clear of held skin)" in text
+    assert "Field" not in text, "a table without a file"
+    assert "mean pressure" not in text, "a column without a value"
     assert "<strong>A supine series would add:</strong> registration, fit of moduli." in text
     assert "a supine series and a list of markers and nipples" in text
     assert "none is a finding about her" in text
     assert text.count("chosen: half") == 1, "only the tables that answer are shown"
     assert "points</th>" not in text, "a column that says nothing"
+
+
+def test_every_breast_has_its_gap_between_ribs_and_plates():
+    right = PRESSED.assign(side="right", chest_gap_mm=30.0)
+    words = telling("compression", pd.concat([PRESSED, right]), "prone")[1]
+    assert words.count("mm (clear of held skin)") == 2, "told once for each"
+    assert "right 30.0 mm" in words
+
+
+def test_numbers_stand_under_their_own_headings():
+    image = IMAGE.assign(calcification_d_low=3.4, calcification_d_high=4.8, moduli="gravity")
+    tables = {"image": image, "validation": predicted("supine", nipple_left=1.5)}
+    listings = [each for part in sections(tables=tables)[2:4] for each in part.blocks]
+    moved, seen = (dict(zip(each.headings, each.rows[0])) for each in listings)
+    assert (seen["dose (mGy)"], seen["± (mGy)"]) == ("1.857", "0.026")
+    assert [seen[name] for name in ("d' from", "d'", "d' to")] == ["3.4", "4.1", "4.8"]
+    assert (moved["predicted (mm)"], moved["before (mm)"]) == ("1.5", "9")
 
 
 def predicted(position: str, **values: float) -> pd.DataFrame:
@@ -148,6 +170,13 @@ def test_the_position_that_the_model_is_made_of_is_no_test_of_it():
     assert "(at most 0.12 mm)" in telling("validation", predicted("prone", skin_mean=0.123), "prone")[1]
     assert telling("validation", other, "prone")[1] == ""
     assert telling("validation", MISSING_IMAGE, "prone")[0].equals(MISSING_IMAGE)
+    failed = own.assign(value_mm=float("nan"), outcome="missing: no shape")
+    rows, words = telling("validation", failed, "prone")
+    assert list(rows.outcome.unique()) == ["missing: no shape"], "a reason is not left out"
+    assert words == ""
+    only = sections(tables={"validation": own})
+    (part,) = [each for each in only if each.title.startswith("Predicted")] or [None]
+    assert part is None, "a table without rows, where there is no picture"
 
 
 def test_a_modulus_that_her_positions_do_not_tell_is_a_dash_with_its_interval():
@@ -163,12 +192,14 @@ def test_a_modulus_that_her_positions_do_not_tell_is_a_dash_with_its_interval():
 
 def test_distances_below_a_micrometre_and_outcomes_that_say_nothing_are_not_shown():
     tried = attempts(("inverse", 1.0, "converged")).assign(largest_mm=1.2e-9)
+    tried = pd.concat([tried, tried.assign(largest_mm=0.0123)])
     (found,) = [
         each for each in sections(tables={"stress_free_attempts": tried}) if "without gravity" in each.title
     ]
     (listing,) = found.blocks
     assert isinstance(listing, Listing)
     assert dict(zip(listing.headings, listing.rows[0]))["largest error (mm)"] == "0"
+    assert listing.rows[1][-1] == "0.012", "to a micrometre"
     assert "outcome" not in listing.headings
     failed = tried.assign(outcome="failed: no shape")
     (found,) = [

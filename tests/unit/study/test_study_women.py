@@ -22,6 +22,8 @@ def test_a_page_shows_pictures_files_and_what_is_planned_and_why_not():
     assert "data:image/png;base64" in page
     for words in ("a.nii.gz", "spacing x mm", "0.8", "To 45 mm, as given.", PLAN[1][1], "a supine series"):
         assert words in page
+    assert f'<td>{PLAN[0][0]}</td><td class="number">yes</td>' in page
+    assert f'<td>{PLAN[1][0]}</td><td class="number">no</td>' in page
 
 
 def test_every_reason_stands_on_the_page_with_its_position():
