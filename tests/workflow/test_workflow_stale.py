@@ -99,3 +99,48 @@ def test_results_without_their_records_are_said_to_be_unknown(hers):
     (warning,) = (line for line in said.splitlines() if "no record" in line)
     assert str(Path("results")) in warning
     assert "--forceall" in warning
+
+
+def labelled(study) -> list[str]:
+    """What asks for bea's labels: her row names labels, codes, points and strokes, and no images."""
+    columns = ("volunteer", "position", "labels", "codes", "fiducials", "strokes", "gravity")
+    files = {"labels": "l.nii.gz", "codes": "c.csv", "fiducials": "f.csv", "strokes": "s.csv"}
+    for name in files.values():
+        (study.run / "mine" / name).write_bytes(b"as it was")
+    values = {"volunteer": "bea", "position": "prone", "gravity": "0 -1 0"}
+    values |= {column: f"mine/{name}" for column, name in files.items()}
+    lines = ("\t".join(columns), "\t".join(values[column] for column in columns))
+    (study.run / "mine/bea.tsv").write_text("\n".join(lines) + "\n")
+    settings = {"volunteers": ["bea"], "volunteer_table": "mine/bea.tsv"}
+    (study.run / "mine/bea.yaml").write_text(yaml.safe_dump(settings))
+    (study.home / "workflow/scripts/stage.py").write_text(
+        "from pathlib import Path\n\nfor path in snakemake.output:\n    Path(path).write_text('made')\n"
+    )
+    smoke = str(study.home / "config/smoke.yaml")
+    target = "results/segmentation/bea/prone.nii.gz"
+    return ["--configfile", smoke, str(study.run / "mine/bea.yaml"), "--", target]
+
+
+def test_whatever_else_a_row_names_is_looked_at_again_when_it_is_another(hers):
+    words = labelled(hers)
+    made = hers.snakemake(*words)
+    assert made.returncode == 0, made.stdout[-3000:]
+
+    def rules() -> set[str]:
+        return {job.split(":")[0] for job in hers.jobs(*words)}
+
+    assert rules() == set()
+    mine = hers.run / "mine"
+    for name, touched in (
+        ("l.nii.gz", {"check_input", "take_labels"}),
+        ("c.csv", {"check_input", "take_labels"}),
+        ("f.csv", {"check_input"}),
+        ("s.csv", {"check_input"}),
+    ):
+        before = (mine / name).stat()
+        (mine / name).write_bytes(b"another one")
+        if name == "l.nii.gz":  # known by its content, whatever its date
+            os.utime(mine / name, ns=(before.st_atime_ns, before.st_mtime_ns))
+        assert touched <= rules(), name
+        (mine / name).write_bytes(b"as it was")
+        os.utime(mine / name, ns=(before.st_atime_ns, before.st_mtime_ns))

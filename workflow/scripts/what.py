@@ -9,8 +9,8 @@ from mammosim.io.atomic import replacing
 from mammosim.io.figures import missing_reason
 from mammosim.io.tables import read_rows
 from mammosim.study.jobs.completeness import missing_results
+from mammosim.study.report.done import Done, done_sections
 from mammosim.study.report.pages import report
-from mammosim.study.report.women import done_sections
 
 KINDS = ("images", "labels", "strokes", "listed")
 
@@ -26,20 +26,17 @@ def main(volunteer: str, rows: list[dict], told: dict, pictures: list[str], out:
         for row in rows
     ]
     why = {path: missing_reason(path) for path in pictures}
-    links = {
-        "Tables": [path for paths in told["tables"].values() for path in paths],
-        "Figures": [path for path in pictures if why[path] is None],
-    }
-    sections = done_sections(
+    done = Done(
+        volunteer,
         tables,
-        links,
-        missing_results(tables, {Path(path).stem: reason for path, reason in why.items()}),
-        told["planned"],
-        told["gains"],
+        pictures={Path(path).stem: Path(path).read_bytes() for path in pictures if why[path] is None},
+        files=told["tables"],
+        missing=missing_results(tables, {Path(path).stem: reason for path, reason in why.items()}),
         given=pd.DataFrame(given),
-        thickness=told["thickness"],
+        modelled=told["modelled"],
         home=str(Path(out).parent),
     )
+    sections = done_sections(done, told["planned"], told["gains"], thickness=told["thickness"])
     page = report(
         f"mammosim: {volunteer}",
         sections,

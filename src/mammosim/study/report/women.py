@@ -1,42 +1,16 @@
-"""The two pages of one woman: what was understood of her data before a run, and what was done with them."""
+"""The page of one woman before a run: what was understood of her data, and what is planned."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
 
 import pandas as pd
 
-from mammosim.io.missing import missing_rows
 from mammosim.study.report.pages import Listing, Picture, Section
 
 # What is not planned, and why; '' where it is planned.
 Plan = Sequence[tuple[str, str]]
 # What one or more things beside her data would allow.
 Gains = Iterable[tuple[Sequence[str], Sequence[str]]]
-ANSWERS: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "stress_free_attempts": (
-        "Her shape without gravity: what was tried, in its order. The last one is what is pressed.",
-        ("position", "method", "moduli_factor", "adipose_kpa", "glandular_kpa", "skin_kpa", "largest_mm"),
-    ),
-    "compression": (
-        "Her breast between the plates; moduli_factor: by what all moduli of the set were multiplied; "
-        "chest_gap_mm: from the ribs to the edge of the plates.",
-        (
-            *("side", "strategy", "moduli", "moduli_factor", "plates_mm", "thickness_from"),
-            *("chest_gap_mm", "chest_gap_from", "force_n", "mean_pressure_kpa"),
-        ),
-    ),
-    "image": (
-        "Exposure, dose, and how well the lesion (contrast to noise) and the calcifications (d') show.",
-        ("side", "strategy", "moduli", "mas", "dose_mgy", "dose_se_mgy", "cnr", "cnr_se", "calcification_d"),
-    ),
-    "identification": (
-        "Moduli fitted to her positions.",
-        ("side", "tissue", "fitted_kpa", "low_kpa", "high_kpa", "identifiable"),
-    ),
-    "validation": ("Predicted against measured positions.", ()),
-    "registration": ("How her positions were brought into one frame, and how well they agree.", ()),
-}
 
 
 @dataclass(frozen=True)
@@ -81,7 +55,7 @@ def checked_sections(
     return (
         Section("Verdict", text, (faults,) if rows else ()),
         *(_of_position(each) for each in checked),
-        *planned_sections(plan, gains, thickness=thickness),
+        *_planned_sections(plan, gains, thickness=thickness),
     )
 
 
@@ -109,25 +83,23 @@ def _shown(quality: Mapping[str, str | float]) -> list[tuple[str, str]]:
     ]
 
 
-def planned_sections(
-    plan: Plan, gains: Gains, *, thickness: str, missing: Section | None = None
-) -> tuple[Section, ...]:
-    """What her data allow, what not and why, and what more would add; missing: what could not be had."""
+def _planned_sections(plan: Plan, gains: Gains, *, thickness: str) -> tuple[Section, ...]:
+    """What her data allow, what not and why, and what more would add."""
     done = pd.DataFrame([(what, not why, why) for what, why in plan], columns=["what", "planned", "why not"])
+    listing = Listing(done, "Each part of the chain and of the study.")
+    return Section("What her data allow", thickness, (listing,)), gains_section(gains)
+
+
+def gains_section(gains: Gains) -> Section:
+    """What more than is given of her would add."""
     more = pd.DataFrame(
         [(" and ".join(names), ", ".join(whats)) for names, whats in gains],
         columns=["with", "there would also be"],
     )
-    return (
-        Section(
-            "What her data allow", thickness, (Listing(done, "Each part of the chain and of the study."),)
-        ),
-        *([missing] if missing else []),
-        Section(
-            "What more data would add",
-            "" if len(more) else "Nothing: all that the study can do is planned for her.",
-            (Listing(more, "Beside what is given of her."),) if len(more) else (),
-        ),
+    return Section(
+        "What more data would add",
+        "" if len(more) else "Nothing: all that the study can do is planned for her.",
+        (Listing(more, "Beside what is given of her."),) if len(more) else (),
     )
 
 
@@ -142,76 +114,3 @@ def verdict(found: Mapping[str, object], page: str) -> str:
     ready = "her scans are made by the study" if found["waits"] else "her data can be used"
     first = " ".join(stops[0].split()) if stops else ready
     return f"{found['volunteer']}: {first}{more}; see {page}"
-
-
-def done_sections(
-    tables: Mapping[str, pd.DataFrame],
-    links: Mapping[str, Sequence[str]],
-    missing: pd.DataFrame,
-    plan: Plan,
-    gains: Gains,
-    *,
-    given: pd.DataFrame,
-    thickness: str,
-    home: str,
-) -> tuple[Section, ...]:
-    """The page after a run.
-
-    tables: name -> her rows, with those in the place of missing results; links: what -> paths of her files;
-    missing: study.jobs.completeness.missing_results; given: what is given of her; home: the page's folder.
-    """
-    return (
-        Section("What was given", "", (Listing(given, "Her positions, and what is given of each."),)),
-        *_answers(tables),
-        *planned_sections(plan, gains, thickness=thickness, missing=_could_not(missing)),
-        _linked(links, home),
-    )
-
-
-def _answers(tables: Mapping[str, pd.DataFrame]) -> tuple[Section, ...]:
-    """The tables that answer what was asked, where she has them."""
-    listings = []
-    for name, (caption, columns) in ANSWERS.items():
-        if name in tables:
-            rows = tables[name]
-            shown = [c for c in (columns or rows.columns) if c in rows] + ["outcome"] * ("outcome" in rows)
-            listings.append(Listing(rows[list(dict.fromkeys(shown))], caption))
-    words = carried_words(tables)
-    return (Section("What was found", words, tuple(listings)),) if listings else ()
-
-
-def carried_words(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Which method and which moduli carry her weight, where not the default with the moduli as given."""
-    rows = tables.get("stress_free_attempts", pd.DataFrame())
-    if len(rows) < 2 or missing_rows(rows).any():
-        return ""
-    first, used = rows.iloc[0], rows.iloc[-1]
-    method = f"**{first.method} found no shape of her breast without gravity; {used.method} did"
-    if used.moduli_factor == 1.0:
-        return f"{method}, with the moduli as given.**"
-    return (
-        f"{method}, with all moduli times {used.moduli_factor:g}** (fat {used.adipose_kpa:g}, gland "
-        f"{used.glandular_kpa:g}, skin {used.skin_kpa:g} kPa): the softest of those tried that carry her. "
-        "All that follows from `gravity` moduli has these. How stiff hers are is not known, and forces "
-        "grow with them: published moduli of fat go from 0.2 to 5 kPa (Mira 2018, Badano 2018). With "
-        "`compression` moduli the same shape is pressed at the upper end. A supine series would tell more."
-    )
-
-
-def _could_not(missing: pd.DataFrame) -> Section:
-    """What was asked and could not be had."""
-    if missing.empty:
-        return Section("What could not be had", "Everything that was planned for her is there.")
-    listing = Listing(missing, "Why, and which of her tables and figures lack it.")
-    return Section("What could not be had", "", (listing,))
-
-
-def _linked(links: Mapping[str, Sequence[str]], home: str) -> Section:
-    """Where her files are, from the folder of the page."""
-    up = "../" * len(PurePosixPath(home).parts)
-    lines = [
-        f"{what}: " + ", ".join(f"[{path.removeprefix('results/')}]({up}{path})" for path in paths) + "."
-        for what, paths in links.items()
-        if paths
-    ]
-    return Section("Her tables and figures", "\n\n".join(lines))
