@@ -79,9 +79,7 @@ rule trade_off:
 
 
 # What the answer is taken from, where it is there.
-ANSWERED = [
-    name for name in ("compression", "compression_path", "image", "identification", "propagation") if TABLES[name]
-]
+ANSWERED = [name for name in ("compression", "compression_path", "image", "identification", "propagation") if TABLES[name]]
 
 
 rule answer:

@@ -15,6 +15,7 @@ from mammosim.chain.strategies import STANDARD
 from mammosim.core.errors import MissingResult
 from mammosim.figures.series import add_legend, colours, numbered, some
 from mammosim.figures.style import GREEN, INK, QUIET, new_figure, styled
+from mammosim.study.report.answer import slow
 from mammosim.study.report.pressed_breast import DONE, FORCE, PRESSURE, STRAIN, of_breast
 from mammosim.study.report.strategy_costs import CALCIFICATIONS, COSTS, DOSE, MASS
 
@@ -22,7 +23,7 @@ WIDTH_IN, HEIGHT_IN = 6.7, 7.4  # 17 cm; letters are as large as a phone, 9 cm w
 LETTERS = 11
 # What she feels on the left, what it costs on the right.
 PANELS: Mapping[str, str] = {
-    STRAIN: "strain, for discomfort",
+    STRAIN: "discomfort: strain",
     DOSE: "glandular dose (mGy)",
     FORCE: "force (N)",
     MASS: "d' of the mass",
@@ -61,13 +62,16 @@ def answer(
     figure = new_figure(HEIGHT_IN, width=WIDTH_IN)
     axes = dict(zip(PANELS, figure.subplots(3, 2, sharex=True).ravel()))
     over = _axis(costs)
-    marker, hue = numbered(dict.fromkeys(costs.strategy)), colours([UNDER_GRAVITY, *_others(compression)])
+    named = [name for name in dict.fromkeys(compression.strategy) if name in set(costs.strategy)]
+    marker, hue = numbered(named), colours([UNDER_GRAVITY, *_others(compression)])
     for quantity, ax in axes.items():
         rows = costs[costs["quantity"] == quantity]
         if quantity in DONE:
             _draw_done(ax, rows, compression, path, hue, over)
         else:
-            _draw_cost(ax, rows, loss_percent[COSTS[quantity][0]], hue[UNDER_GRAVITY], over)
+            _draw_limit(ax, rows, loss_percent[COSTS[quantity][0]])
+        if over == "thickness_mm":
+            _draw_band(ax, rows, *((QUIET, 0.15) if quantity in DONE else (hue[UNDER_GRAVITY], 0.2)))
         _mark(ax, rows, marker, hue[UNDER_GRAVITY], over)
         _finish(ax, PANELS[quantity])
     if over == "thickness_mm":
@@ -112,21 +116,25 @@ def _draw_done(
             ax.plot(at, pressed[column], "o", color=colour, mfc="white", ms=4.5, zorder=2)
 
 
-def _draw_cost(ax: Axes, rows: pd.DataFrame, limit: float, colour: str, over: str) -> None:
-    """The band between the chords of the intervals, through level plates, and the limit."""
-    quantity = str(rows["quantity"].iloc[0])
+def _draw_band(ax: Axes, rows: pd.DataFrame, colour: str, alpha: float) -> None:
+    """Between the chords of the intervals, through strategies with level plates."""
     level = rows[rows.level & rows.low.notna()].sort_values("thickness_mm")
-    if over == "thickness_mm" and len(level) > 1:
-        t = level.thickness_mm.to_numpy(float)
-        fine = np.linspace(t[0], t[-1], 200)
-        low = np.interp(fine, t, np.log(level.low) if quantity == DOSE else level.low)
-        ax.fill_between(
-            fine, np.exp(low) if quantity == DOSE else low, np.interp(fine, t, level.high),
-            color=colour, alpha=0.2, lw=0,
-        )  # fmt: skip
+    if level.empty:
+        return
+    t = level.thickness_mm.to_numpy(float)
+    fine = np.unique([*np.linspace(t[0], t[-1], 200), *t])
+    low = np.interp(fine, t, level.low)
+    if str(rows["quantity"].iloc[0]) == DOSE:
+        place = np.interp(fine, t, np.arange(len(t)))
+        low = np.exp(np.interp(np.floor(place) + slow(place % 1), np.arange(len(t)), np.log(level.low)))
+    ax.fill_between(fine, low, np.interp(fine, t, level.high), color=colour, alpha=alpha, lw=0, zorder=0.5)
+
+
+def _draw_limit(ax: Axes, rows: pd.DataFrame, limit: float) -> None:
+    """What the value may be, by the limit in percent of that of the standard."""
     standard = rows[rows.strategy == STANDARD].value
     if len(standard) and np.isfinite(standard.iloc[0]):
-        sign = COSTS[quantity][1]
+        sign = COSTS[str(rows["quantity"].iloc[0])][1]
         ax.axhline(standard.iloc[0] * (1 + sign * limit / 100), color=INK, ls=(0, (4, 2)), lw=1.0)
 
 

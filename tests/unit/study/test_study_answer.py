@@ -7,7 +7,7 @@ import pytest
 from mammosim.chain.quantities import QUANTILE
 from mammosim.figures.answer import PANELS
 from mammosim.figures.answer import answer as drawn
-from mammosim.study.report.answer import BETWEEN, STRATEGIES, answer_table, answers, monotone, reach
+from mammosim.study.report.answer import BETWEEN, STRATEGIES, answer_table, answers, monotone, reach, slow
 from mammosim.study.report.answer_limits import ALWAYS, Known, limits_table, why_not_pressed
 from mammosim.study.report.answer_words import percent, sentence, short_table
 from mammosim.study.report.pressed_breast import FORCE, PRESSURE, STRAIN, between, breasts
@@ -187,12 +187,27 @@ def test_an_interval_over_the_limit_leaves_a_range_that_is_not_certain():
     assert "55.0 mm at most" in sentence(found, costs, LIMITS)
 
 
-def test_between_strategies_the_dose_lies_between_a_line_and_an_exponential():
+def test_between_strategies_the_dose_lies_between_a_line_and_a_slow_exponential():
     costs, found = asked(tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 4.0)]))
     assert found.certain_mm == pytest.approx(50 + 5 * 0.05)
-    assert found.possible_mm == pytest.approx(50 + 5 * np.log(1.05) / np.log(2))
+    s = (found.possible_mm - 50) / 5
+    assert np.log(2) * slow(s) == pytest.approx(np.log(1.05))
     assert (found.verdict, found.by) == (MORE, BETWEEN)
     assert "interpolated" in sentence(found, costs, LIMITS)
+
+
+# Dose in mGy at the standard thickness, a quarter thicker, and with the next strategy, of two digital women.
+MEASURED = [
+    ((45.0, 2.1051), (56.25, 3.6004), (63.983, 5.1964)),
+    ((60.0, 2.558), (75.0, 3.9252), (82.184, 5.1601)),
+]
+
+
+@pytest.mark.parametrize(("standard", "middle", "next_one"), MEASURED)
+def test_doses_that_were_computed_in_between_lie_there(standard, middle, next_one):
+    (t0, D0), (t, D), (t1, D1) = standard, middle, next_one
+    s = (t - t0) / (t1 - t0)
+    assert D0 * (D1 / D0) ** slow(s) < D < D0 + s * (D1 - D0)
 
 
 def test_a_loss_that_cannot_be_monotone_is_not_interpolated():
@@ -231,7 +246,7 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     )
     costs, found = asked(given)
     assert np.isnan(found.certain_mm)
-    assert found.possible_mm == pytest.approx(50 + 5 * np.log(1.05) / np.log(1.2))
+    assert np.log(1.2) * slow((found.possible_mm - 50) / 5) == pytest.approx(np.log(1.05))
     assert "not all losses are known" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
@@ -335,8 +350,9 @@ def test_changes_have_a_sign_and_two_digits():
 def test_the_short_table_has_the_values_of_the_standard_and_the_changes_of_the_others():
     given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.4)])
     table = short_table(asked(given)[0]).set_index("strategy")
-    assert table.dose["standard"] == "2"
-    assert table.dose["gentle"] == "+20 %"
+    assert table.dose["standard"] == "2\N{NO-BREAK SPACE}mGy"
+    assert table.dose["gentle"] == "+20\N{NO-BREAK SPACE}%"
+    assert table["d' of mass"]["gentle"].split(" ")[0] == "+0.0\N{NO-BREAK SPACE}%"
     assert table.costs.to_dict() == {"standard": "", "gentle": MORE}
 
 

@@ -18,13 +18,9 @@ def layout(name: str) -> Layout:
     return read(Layout, yaml.safe_load((FOLDER / name).read_text()), name)
 
 
-PAGES = {
-    path.stem: layout(path.name)
-    for path in FOLDER.glob("*.yaml")
-    if path.stem not in ("sections", "questions")
-}
+PAGES = {path.stem: layout(path.name) for path in FOLDER.glob("*.yaml") if path.stem != "sections"}
 TITLES = {name: page.title for name, page in PAGES.items()}
-ASKED = read(Questions, yaml.safe_load((FOLDER / "questions.yaml").read_text()), "questions.yaml")
+ASKED = read(Questions, yaml.safe_load((FOLDER.parent / "questions.yaml").read_text()), "questions.yaml")
 
 
 def places(made=(), lacking=()):

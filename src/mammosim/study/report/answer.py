@@ -1,10 +1,13 @@
 """How far compression of one breast can be reduced before it costs more than a stated loss.
 
 Thickness t rises from the standard's. There every loss is 0; at the thicknesses computed with level plates it
-has an interval, and in between it lies between chords, of the upper and of the lower ends. Of the dose D,
-which exposure control lets grow nearly as an exponential, the lower chord is one of ln D. Compression may be
-reduced for certain until the upper chord of one loss meets its limit, and no further than where a lower one
-does.
+has an interval, and in between it lies between chords, of the upper and of the lower ends; with s from 0 to 1
+between two of them, the lower end of a dose D is that of
+
+    ln D = ln D0 + (s + s^2) / 2 ln(D1 / D0),
+
+which rises half as steeply at first as on average. Compression may be reduced for certain until the upper end
+of one loss meets its limit, and no further than where a lower one does.
 """
 
 from collections.abc import Iterable, Mapping
@@ -49,7 +52,7 @@ class Reach:
 def reach(t: np.ndarray, low: np.ndarray, high: np.ndarray, limit: float, *, growing: bool) -> Reach:
     """Of a loss with intervals low to high (n,) percent, at rising thicknesses t (n,) mm from the standard's.
 
-    growing: whether chords of the lower ends are those of the logarithm. Values in between are taken where
+    growing: whether the lower ends in between are those of a dose. Values in between are taken where
     the intervals allow a loss that only rises, or only falls.
     """
     there = np.isfinite(low) & np.isfinite(high)
@@ -60,10 +63,16 @@ def reach(t: np.ndarray, low: np.ndarray, high: np.ndarray, limit: float, *, gro
         ends = _last_within(t, high, limit), _last_within(t, low, limit)
         return Reach(*ends, STRATEGIES, bool(high.max() > limit))
     certain = _first_above(t, high, limit)
-    # ASSUME: with exposure control the dose is convex in the thickness and its logarithm concave, since
-    # thicker tissue hardens the beam.
     lower, most = (np.log1p(low / 100), np.log1p(limit / 100)) if growing else (low, limit)
-    return Reach(certain, max(certain, _first_above(t, lower, most)), BETWEEN, bool(certain < t[-1]))
+    possible = _first_above(t, lower, most, slow=growing)
+    return Reach(certain, max(certain, possible), BETWEEN, bool(certain < t[-1]))
+
+
+def slow(s: np.ndarray | float) -> np.ndarray | float:
+    """The least part of its rise that the logarithm of a dose has after the part s of a way."""
+    # ASSUME: with exposure control the dose is convex in the thickness, and rises at first at least half as
+    # steeply, in its logarithm, as on average: measured, 0.7 and 1.0 times (docs/decisions/answer.md).
+    return s * (1 + s) / 2
 
 
 def monotone(low: np.ndarray, high: np.ndarray) -> bool:
@@ -73,11 +82,13 @@ def monotone(low: np.ndarray, high: np.ndarray) -> bool:
     return bool(rises or falls)
 
 
-def _first_above(t: np.ndarray, y: np.ndarray, limit: float) -> float:
-    """Where straight lines through the points first rise above the limit, or the last t."""
+def _first_above(t: np.ndarray, y: np.ndarray, limit: float, *, slow: bool = False) -> float:
+    """Where lines through the points, or slow curves, first come above the limit, or the last t."""
     for (t0, y0), (t1, y1) in pairwise(zip(t, y)):
         if y1 > limit:
-            return float(t0 + (t1 - t0) * max(limit - y0, 0.0) / (y1 - y0)) if y1 > y0 else float(t0)
+            part = max(limit - y0, 0.0) / (y1 - y0) if y1 > y0 else 0.0
+            s = (np.sqrt(1 + 8 * part) - 1) / 2 if slow else part
+            return float(t0 + (t1 - t0) * s)
     return float(t[-1])
 
 

@@ -42,7 +42,8 @@ def sentence(answer: Answer, table: pd.DataFrame, limits: LossLimits) -> str:
         parts.append(_shown(answer, rows[rows.strategy == answer.shown]))
     if answer.standard_low_n < answer.standard_high_n:
         low, high = _newton(answer.standard_low_n), _newton(answer.standard_high_n)
-        parts.append(f"What is known of her moduli leaves {low} to {high} N to the standard.")
+        where = f"At {answer.standard_mm:.1f} mm the force is between {low} and {high} N"
+        parts.append(f"{where}, by what is known of her moduli.")
     return " ".join(parts)
 
 
@@ -101,29 +102,39 @@ def percent(change: float) -> str:
     return f"{change:+.{0 if abs(change) >= 9.95 else 1}f}".replace("-", "−")
 
 
-SHORT = [*BREAST, "strategy", "thickness_mm", "force_n", "strain", "pressure", "dose", "d_mass",
-         "d_calcifications", "costs"]  # fmt: skip
-SHORT_CHANGES: Mapping[str, str] = {
-    "strain": STRAIN, "pressure": PRESSURE, "dose": DOSE, "d_mass": MASS, "d_calcifications": CALCIFICATIONS,
-}  # fmt: skip
+# The columns of changes, as they are read, with the quantity and its unit.
+CHANGES: Mapping[str, tuple[str, str]] = {
+    "strain": (STRAIN, ""),
+    "pressure": (PRESSURE, " kPa"),
+    "dose": (DOSE, " mGy"),
+    "d' of mass": (MASS, ""),
+    "d' of calcifications": (CALCIFICATIONS, ""),
+}
+SHORT = ["breast", "strategy", "thickness_mm", "force_n", *CHANGES, "costs"]
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 def short_table(table: pd.DataFrame) -> pd.DataFrame:
-    """SHORT: a row per strategy, force with its interval, changes in words, and what it costs of all limits.
+    """SHORT: a row per strategy: force with its interval, changes in words, and what it costs of all limits.
 
-    table: rows of strategy_costs.
+    The row of the standard has its values. table: rows of strategy_costs.
     """
     rows = []
-    for keys, part in table.groupby([*BREAST, "strategy"], sort=False):
+    for (volunteer, side, strategy), part in table.groupby([*BREAST, "strategy"], sort=False):
         by = part.set_index("quantity")
         limited = [cost for cost in part.costs.fillna("") if cost]
         rows.append(
-            dict(zip([*BREAST, "strategy"], keys))
-            | {"thickness_mm": part.thickness_mm.iloc[0], "force_n": _with_interval(by.loc[FORCE])}
-            | {name: _told(by.loc[quantity]) for name, quantity in SHORT_CHANGES.items()}
+            {"breast": f"{volunteer} {side}", "strategy": strategy, "thickness_mm": by.thickness_mm.iloc[0]}
+            | {"force_n": _whole(_with_interval(by.loc[FORCE]))}
+            | {name: _whole(_told(by.loc[quantity], unit)) for name, (quantity, unit) in CHANGES.items()}
             | {"costs": together(limited) if limited else ""}
         )
     return pd.DataFrame(rows, columns=SHORT)
+
+
+def _whole(words: str) -> str:
+    """Words that a line breaks before an interval only."""
+    return words.replace(" ", NO_BREAK).replace(f"{NO_BREAK}(", " (")
 
 
 def _with_interval(row: pd.Series) -> str:
@@ -132,9 +143,9 @@ def _with_interval(row: pd.Series) -> str:
     return f"{_newton(row.value)} ({_newton(row.low)} to {_newton(row.high)})"
 
 
-def _told(row: pd.Series) -> str:
+def _told(row: pd.Series, unit: str) -> str:
     """A change in words, or the value where it is that of the standard; a dash where there is none."""
     if not np.isfinite(row.value):
         return "–"
     known = np.isfinite(row.change_percent) and row.strategy != STANDARD
-    return change_words(row) if known else f"{row.value:.3g}"
+    return change_words(row) if known else f"{row.value:.3g}{unit}"
