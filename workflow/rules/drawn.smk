@@ -1,6 +1,9 @@
 # Figures, by table: of one or two tables of the study, which a function of mammosim.figures draws (DRAWN), and of other
 # files, which a function of workflow/scripts/drawn reads and draws (PICTURED).
+ANSWERS = [(v, side) for v in able("pressed") for side in COMPRESSION["sides"]]
+OF_ANSWERS = ["answer", "answer_strategies", "compression", "compression_path"]
 DRAWN = {
+    **{f"answer_{v}_{side}": ("answer.answer", OF_ANSWERS) for v, side in ANSWERS},
     "sweep": ("deformation.sweep", ["sweep"]),
     "convergence": ("unloading.convergence", ["stress_free"]),
     "unloading": ("unloading.unloading", ["unloading"]),
@@ -34,6 +37,10 @@ MODULI_HERE = {
 }
 # Settings of a figure beside its files.
 FIGURE_OPTIONS = {
+    **{
+        f"answer_{v}_{side}": {"volunteer": v, "side": side, "loss_percent": config["answer"]["loss_percent"]}
+        for v, side in ANSWERS
+    },
     "moduli": {"here": MODULI_HERE},
     "convergence": {"tolerance_mm": STRESS_FREE["tolerance_mm"]},
     **{f"accuracy_{quantity}": {"quantity": quantity} for quantity in ASKED},

@@ -1,8 +1,17 @@
 # Tables that are not the rows of all volunteers together.
 PRESSED = bool(able("pressed"))
-MADE_BESIDE = [*(["trade_off"] if PRESSED else []), "beams", "report195", "dose_standard"]
+MADE_BESIDE = [
+    "answer",
+    "answer_strategies",
+    "answer_limits",
+    *(["trade_off"] if PRESSED else []),
+    "beams",
+    "report195",
+    "dose_standard",
+]
 # The report: figures and tables in one page, with every assumption and source, and what was made on demand.
 PICTURES = [
+    *over("answer_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     *(f"positions_{v}" for v in WOMEN if imaged(v)),
     *(f"registration_{v}_{p}" for v in WOMEN for p in moving(v)),
     *(f"segmentation_{v}_{p}" for v in WOMEN for p in validated(v) if p in imaged(v)),
@@ -83,6 +92,7 @@ rule report:
         provenance="results/study/provenance.json",
         bibliography=str(HERE / "config/references.bib"),
         page_texts=[page_text(target) for target in PAGES],
+        questions=str(HERE / "workflow/questions.yaml"),
         pages=made_pages,
     output:
         "results/study/report.html",

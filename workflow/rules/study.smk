@@ -78,10 +78,43 @@ rule trade_off:
         "../scripts/trade_off.py"
 
 
+# What the answer is taken from, where it is there.
+ANSWERED = [name for name in ("compression", "compression_path", "image", "identification", "propagation") if TABLES[name]]
+
+
+rule answer:
+    """How far compression of each breast can be reduced, what each strategy costs, and what these data cannot say."""
+    input:
+        tables=expand("results/study/{table}.csv", table=ANSWERED),
+        measured=home("config/accuracy/measured.csv"),
+    output:
+        answer="results/study/answer.csv",
+        strategies="results/study/answer_strategies.csv",
+        limits="results/study/answer_limits.csv",
+    params:
+        loss_percent=config["answer"]["loss_percent"],
+        xray=XRAY,
+        volunteers=WOMEN,
+        known={
+            "sides": COMPRESSION["sides"],
+            "digital": DIGITAL_WOMEN,
+            "not_planned": [[v, what, why] for v, rows in NOT_PLANNED.items() for what, why in rows],
+        },
+        library=library("answer.py"),
+    log:
+        "results/logs/answer.log",
+    benchmark:
+        "results/benchmarks/answer/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/answer.py"
+
+
 rule numbers:
     """Every number that the report quotes, by name."""
     input:
-        tables=expand("results/study/{table}.csv", table=[name for name, rows in TABLES.items() if rows]),
+        tables=expand("results/study/{table}.csv", table=[*(name for name, rows in TABLES.items() if rows), "answer"]),
     output:
         "results/study/numbers.json",
     params:

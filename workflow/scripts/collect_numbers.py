@@ -37,6 +37,7 @@ KEYS = {
     "conservation": ("volunteer", "side", "strategy", "moduli", "quantity", "tissue", "step"),
     "dose": ("volunteer", "side", "strategy", "moduli"),
     "image": ("volunteer", "side", "strategy", "moduli"),
+    "answer": ("volunteer", "side"),
 }
 # Two runs give the same numbers; how long they took is in the report's last section.
 TIMES = ["seconds", "forward_solves"]

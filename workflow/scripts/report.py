@@ -13,8 +13,10 @@ from mammosim.io.figures import png_of
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.jobs.completeness import completeness_sentence
+from mammosim.study.report.answer_words import short_table
 from mammosim.study.report.layout import Contents, Layout, sections
 from mammosim.study.report.pages import Listing, Section, report
+from mammosim.study.report.questions import Questions
 from mammosim.study.report.summary import entries
 
 
@@ -27,13 +29,16 @@ def main(files: dict, title: str, out: str) -> None:
         numbers |= read_json(path)
     pictures = {Path(path).stem: Path(path).read_bytes() for path in files["pictures"] + of_pages[".png"]}
     pictures["cost"] = png_of(time_and_memory(benchmarks(Path("results/benchmarks"))))
-    shown = sections(
-        layout,
-        Contents(pictures, tables(files, of_pages[".csv"])),
-        pages=pages,
-        made=[Path(path).stem for path in of_pages[".json"]],
-        lacking=snakemake.params.lacking,
+    frames, made = tables(files, of_pages[".csv"]), [Path(path).stem for path in of_pages[".json"]]
+    told = {"pages": pages, "made": made, "lacking": snakemake.params.lacking}
+    asked = read(
+        Questions, yaml.safe_load(Path(files["questions"]).read_text()), Path(files["questions"]).name
     )
+    frames["questions"] = asked.table(
+        sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made
+    )
+    frames["answer_short"] = short_table(frames["answer_strategies"])
+    shown = sections(layout, Contents(pictures, frames), **told)
     first = completeness(
         read_rows(files["missing"]), read_rows(files["not_planned"]), snakemake.params.volunteers
     )

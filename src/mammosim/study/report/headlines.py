@@ -8,9 +8,9 @@ from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.strategies import STANDARD
 
 
-def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
-    """headline.* by name, each over all volunteers and sides."""
-    found = {
+def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | str | None]:
+    """headline.* by name, each over all volunteers and sides; headline.answer: a paragraph per breast."""
+    found: dict[str, float | str | None] = {
         "registration_error_max_mm": _extreme(tables, "registration_error", "error_max_mm", "max"),
         "registration_error_max_deg": _extreme(tables, "registration_error", "rotation_error_deg", "max"),
         "marker_residual_max_mm": _extreme(tables, "registration", "marker_residual_max_mm", "max"),
@@ -35,6 +35,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
     }
     found |= _held_out(tables) | _intervals(tables)
     found |= numbers_of_strategies(tables["compression"]) if "compression" in tables else dict.fromkeys(NAMES)
+    found |= _answers(tables["answer"]) if "answer" in tables else {}
     if "segmentation_overlap" in tables:
         smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
         found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}
@@ -136,6 +137,17 @@ def _largest(values: pd.Series) -> float | None:
     """The largest number, None where there is none."""
     known = values.dropna()
     return float(known.max()) if len(known) else None
+
+
+def _answers(rows: pd.DataFrame) -> dict[str, float | str | None]:
+    """The sentences; by how many mm thickness may rise, the least certain and the most possible one."""
+    certain, possible = rows.certain_mm - rows.standard_mm, rows.possible_mm - rows.standard_mm
+    return {
+        "answer": "\n\n".join(rows.sentence.dropna())
+        or "No breast was asked about: name volunteers and sides.",
+        "reduction_certain_least_mm": _most(certain.dropna(), -1),
+        "reduction_possible_most_mm": _largest(possible),
+    }
 
 
 BREAST = ["volunteer", "side"]

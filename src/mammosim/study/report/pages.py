@@ -20,6 +20,7 @@ UNITS: Mapping[str, str] = {
     "mj": "mJ", "ev": "eV",
 }  # fmt: skip
 NUMBER = re.compile(r"\{([a-zA-Z][^{}:]*)(?::([^{}]+))?\}")
+LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
 SENTENCE = re.compile(r"(?<=[.:?])(\s+)(?=[A-Z*])")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -163,9 +164,11 @@ def _unit(words: list[str]) -> tuple[list[str], str]:
 
 
 def cell(value: object) -> str:
-    """A value of a table as text."""
+    """A value of a table as text; one that is all [words](#anchor) or [words](page.html) as a link."""
     if pd.isna(value):
         return "–"
+    if isinstance(value, str) and (link := LINK.fullmatch(value)):
+        return Markup('<a href="{}">{}</a>').format(link[2], link[1])
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -1,0 +1,393 @@
+"""How far compression can be reduced: what is decided by intervals, and what is said where nothing can be."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mammosim.chain.quantities import QUANTILE
+from mammosim.figures.answer import PANELS
+from mammosim.figures.answer import answer as drawn
+from mammosim.study.report.answer import BETWEEN, STRATEGIES, answer_table, answers, monotone, reach, slow
+from mammosim.study.report.answer_limits import ALWAYS, Known, limits_table, why_not_pressed
+from mammosim.study.report.answer_words import percent, sentence, short_table
+from mammosim.study.report.pressed_breast import FORCE, PRESSURE, STRAIN, between, breasts
+from mammosim.study.report.strategy_costs import (
+    CALCIFICATIONS,
+    DOSE,
+    LESS,
+    MASS,
+    MAY,
+    MORE,
+    UNKNOWN,
+    LossLimits,
+    Numerical,
+    kept_in_changes,
+    strategy_costs,
+    together,
+    verdict,
+)
+
+LIMITS = LossLimits(5.0, 5.0)
+KNOWN = Known(("left",))
+EXACT = Numerical(dose=0.0, contrast=0.0, calcification=0.0)
+ASKED = [("ada", "left"), ("ada", "right")]
+
+
+def pressed(strategy: str, mm: float, newton: float, moduli: str = "gravity", **more) -> dict:
+    return {
+        "volunteer": "ada", "side": "left", "strategy": strategy, "moduli": moduli, "thickness_mm": mm,
+        "force_n": newton, "mean_pressure_kpa": newton / 10, "logarithmic_p95": 0.4 * 50 / mm,
+        "tilt_deg": 0.0, "deflection_mm": 0.0, "thickness_from": "given", "moduli_factor": 1.0,
+        "outcome": "converged",
+    } | more  # fmt: skip
+
+
+def imaged(strategy: str, dose: float, **more) -> dict:
+    return {
+        "volunteer": "ada", "side": "left", "strategy": strategy, "moduli": "gravity", "dose_mgy": dose,
+        "dose_se_mgy": 0.0, "cnr_quantum": 3.0, "lesion_pixels": 200, "calcification_d_expected": 8.0,
+        "calcification_d_low": 7.0, "calcification_d_high": 9.0,
+    } | more  # fmt: skip
+
+
+def tables(**given: list[dict]) -> dict[str, pd.DataFrame]:
+    return {name: pd.DataFrame(rows) for name, rows in given.items()}
+
+
+def asked(given: dict[str, pd.DataFrame], numerical: Numerical = EXACT, limits: LossLimits = LIMITS):
+    """The costs, and the answer of the left breast of ada."""
+    known = breasts(given)
+    costs = strategy_costs(known, numerical=numerical, limits=limits)
+    why = why_not_pressed(ASKED, KNOWN, given)
+    return costs, answers(costs, known, limits, asked=ASKED, why_not=why)[0]
+
+
+def cost(costs: pd.DataFrame, strategy: str, quantity: str) -> pd.Series:
+    (row,) = costs[(costs.strategy == strategy) & (costs["quantity"] == quantity)].to_dict("records")
+    return pd.Series(row)
+
+
+STANDARD_AND = {"compression": [pressed("standard", 50.0, 100.0), pressed("gentle", 55.0, 60.0)]}
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        (1.0, 5.0, LESS),
+        (-9.0, -2.0, LESS),
+        (4.0, 6.0, MAY),
+        (5.1, 9.0, MORE),
+        (np.nan, 3.0, UNKNOWN),
+        (1.0, np.inf, UNKNOWN),
+    ],
+)
+def test_a_loss_is_judged_by_its_interval(low, high, expected):
+    assert verdict(low, high, 5.0) == expected
+
+
+def test_one_loss_that_is_more_decides_and_one_that_is_not_known_leaves_it_open():
+    assert together([LESS, UNKNOWN, MORE]) == MORE
+    assert together([LESS, MAY, UNKNOWN]) == UNKNOWN
+    assert together([LESS, MAY]) == MAY
+    assert together([LESS, LESS]) == LESS
+    assert together([]) == UNKNOWN
+
+
+def test_a_curve_is_interpolated_where_it_only_falls_or_rises_and_nowhere_else():
+    t = pd.Series([60.0, 50.0, 40.0])
+    assert between(t, pd.Series([1.0, 2.0, 4.0]), 45.0) == pytest.approx(3.0)
+    assert np.isnan(between(t, pd.Series([3.0, 2.0, 4.0]), 45.0))
+    assert np.isnan(between(t, pd.Series([1.0, 2.0, 4.0]), 39.0))
+    assert np.isnan(between(t[:0], t[:0], 45.0))
+
+
+def test_errors_of_both_images_widen_a_change():
+    given = tables(
+        **STANDARD_AND,
+        image=[imaged("standard", 2.0, dose_se_mgy=0.02), imaged("gentle", 2.2, dose_se_mgy=0.022)],
+    )
+    row = cost(asked(given, Numerical(0.0, 0.0, 3.0))[0], "gentle", DOSE)
+    assert row.change_percent == pytest.approx(10.0)
+    half = 110 * np.sqrt(2) * QUANTILE * 0.01
+    assert row.change_high_percent - row.change_percent == pytest.approx(half)
+    assert row.low == pytest.approx(2.2 * (1 - QUANTILE * 0.01))
+    numerical = cost(asked(given, Numerical(1.0, 0.0, 3.0))[0], "gentle", DOSE)
+    assert numerical.change_high_percent - 10 == pytest.approx(
+        110 * np.sqrt(2) * np.hypot(QUANTILE * 0.01, 0.01)
+    )
+
+
+def test_d_of_a_mass_adds_the_pixels_of_its_shadow():
+    given = tables(
+        **STANDARD_AND,
+        image=[imaged("standard", 2.0), imaged("gentle", 2.0, cnr_quantum=1.5, lesion_pixels=800)],
+    )
+    costs, _ = asked(given)
+    assert cost(costs, "standard", MASS).value == pytest.approx(3 * np.sqrt(200))
+    assert cost(costs, "gentle", MASS).change_percent == pytest.approx(0.0)
+
+
+def test_the_interval_of_calcifications_is_that_of_the_images_where_nothing_else_was_measured():
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.0)])
+    row = cost(asked(given, Numerical())[0], "gentle", CALCIFICATIONS)
+    assert row.interval_from == "the observer's images"
+    assert (row.low, row.high) == pytest.approx((7.0, 9.0))
+    assert cost(asked(given, Numerical())[0], "gentle", MASS).costs == UNKNOWN
+
+
+def test_errors_that_all_strategies_share_do_not_count_in_a_change():
+    measured = pd.DataFrame(
+        {"stage": ["mesh", "xray", "xray"], "parameter": ["element", "voxels", "dose_photons"]}
+    )
+    assert kept_in_changes(measured).parameter.tolist() == ["voxels"]
+
+
+def test_forces_of_other_moduli_and_of_the_draws_make_the_interval():
+    path = [
+        {"volunteer": "ada", "side": "left", "strategy": "standard", "moduli": moduli, "thickness_mm": t,
+         "force_n": factor * f, "mean_pressure_kpa": f}
+        for moduli, factor in (("gravity", 1.0), ("compression", 5.0))
+        for t, f in ((60.0, 20.0), (55.0, 60.0), (50.0, 100.0))
+    ]  # fmt: skip
+    given = tables(
+        compression=[*STANDARD_AND["compression"], pressed("standard", 50.0, 500.0, "compression")],
+        compression_path=path,
+        propagation=[
+            {"volunteer": "ada", "side": "left", "quantity": "force_n", "fit": 10.0, "low": 8.0, "high": 13.0}
+        ],
+    )
+    row = cost(asked(given)[0], "gentle", FORCE)
+    assert (row.value, row.low, row.high) == (60.0, pytest.approx(48.0), pytest.approx(300.0))
+    assert row.interval_from == "draws of the fit, compression moduli"
+    assert row.change_percent == pytest.approx(-40.0)
+    # Of the stiffer moduli only the standard was pressed: no path says its strain, and nothing is made up.
+    assert np.isnan(cost(asked(given)[0], "gentle", STRAIN).low)
+
+
+def test_a_strategy_within_the_limits_is_the_answer():
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.06)])
+    costs, found = asked(given)
+    assert (found.verdict, found.less, found.shown) == (LESS, "gentle", "gentle")
+    assert (found.certain_mm, found.possible_mm, found.ended, found.decides) == (55.0, 55.0, False, "")
+    words = sentence(found, costs, LIMITS)
+    assert words.startswith("**ada, left: thickness may rise from 50.0 to 55.0 mm at least")
+    assert "`gentle` (55.0 mm, 60.0 N)" in words
+    assert "dose +3.0 %" in words
+
+
+def test_an_interval_over_the_limit_leaves_a_range_that_is_not_certain():
+    image = [imaged("standard", 2.0, dose_se_mgy=0.03), imaged("gentle", 2.06, dose_se_mgy=0.03)]
+    costs, found = asked(tables(**STANDARD_AND, image=image))
+    assert (found.verdict, found.may_be_less) == (MAY, "gentle")
+    upper = cost(costs, "gentle", DOSE).change_high_percent
+    assert upper > 5
+    assert found.certain_mm == pytest.approx(50 + 5 * 5 / upper)
+    assert found.possible_mm == 55.0
+    assert found.decides == DOSE
+    assert "55.0 mm at most" in sentence(found, costs, LIMITS)
+
+
+def test_between_strategies_the_dose_lies_between_a_line_and_a_slow_exponential():
+    costs, found = asked(tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 4.0)]))
+    assert found.certain_mm == pytest.approx(50 + 5 * 0.05)
+    s = (found.possible_mm - 50) / 5
+    assert np.log(2) * slow(s) == pytest.approx(np.log(1.05))
+    assert (found.verdict, found.by) == (MORE, BETWEEN)
+    assert "interpolated" in sentence(found, costs, LIMITS)
+
+
+# Dose in mGy at the standard thickness, a quarter thicker, and with the next strategy, of two digital women.
+MEASURED = [
+    ((45.0, 2.1051), (56.25, 3.6004), (63.983, 5.1964)),
+    ((60.0, 2.558), (75.0, 3.9252), (82.184, 5.1601)),
+]
+
+
+@pytest.mark.parametrize(("standard", "middle", "next_one"), MEASURED)
+def test_doses_that_were_computed_in_between_lie_there(standard, middle, next_one):
+    (t0, D0), (t, D), (t1, D1) = standard, middle, next_one
+    s = (t - t0) / (t1 - t0)
+    assert D0 * (D1 / D0) ** slow(s) < D < D0 + s * (D1 - D0)
+
+
+def test_a_loss_that_cannot_be_monotone_is_not_interpolated():
+    t = np.array([50.0, 55.0, 60.0])
+    assert not monotone(np.array([0.0, 8.0, 1.0]), np.array([0.0, 9.0, 2.0]))
+    found = reach(t, np.array([0.0, 8.0, 1.0]), np.array([0.0, 9.0, 2.0]), 5.0, growing=False)
+    assert (found.by, found.certain, found.possible, found.ended) == (STRATEGIES, 50.0, 50.0, True)
+    # Wide enough intervals allow it, and then the first crossing counts.
+    assert monotone(np.array([0.0, 1.0, 1.0]), np.array([0.0, 9.0, 2.0]))
+    wide = reach(t, np.array([0.0, 1.0, 1.0]), np.array([0.0, 9.0, 2.0]), 5.0, growing=False)
+    assert wide.by == BETWEEN
+    assert wide.certain == pytest.approx(50 + 5 * 5 / 9)
+
+
+def test_values_that_are_no_numbers_are_left_out_of_a_range():
+    t, nothing = np.array([50.0, 55.0, 60.0]), np.array([0.0, np.nan, 10.0])
+    found = reach(t, nothing, nothing, 5.0, growing=False)
+    assert found.certain == found.possible == pytest.approx(55.0)
+    assert np.isnan(reach(t[:1], nothing[:1], nothing[:1], 5.0, growing=True).certain)
+
+
+def test_yielding_paddles_are_judged_and_not_interpolated():
+    given = tables(
+        compression=[*STANDARD_AND["compression"], pressed("tilted", 52.0, 55.0, tilt_deg=0.1)],
+        image=[imaged("standard", 2.0), imaged("gentle", 2.4), imaged("tilted", 2.02)],
+    )
+    _, found = asked(given)
+    assert (found.verdict, found.less, found.more, found.shown) == (LESS, "tilted", "gentle", "tilted")
+    assert found.certain_mm == pytest.approx(50 + 5 * 5 / 20)
+
+
+def test_without_calcifications_the_range_is_an_upper_bound():
+    nothing = {f"calcification_d_{end}": np.nan for end in ("expected", "low", "high")}
+    given = tables(
+        **STANDARD_AND, image=[imaged("standard", 2.0, **nothing), imaged("gentle", 2.4, **nothing)]
+    )
+    costs, found = asked(given)
+    assert np.isnan(found.certain_mm)
+    assert np.log(1.2) * slow((found.possible_mm - 50) / 5) == pytest.approx(np.log(1.05))
+    assert "not all losses are known" in sentence(found, costs, LIMITS)
+    rows = limits_table([found], costs, given, KNOWN)
+    assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
+
+
+def test_one_strategy_alone_gives_no_answer_and_says_what_would():
+    given = tables(compression=[pressed("standard", 50.0, 100.0)], image=[imaged("standard", 2.0)])
+    costs, found = asked(given)
+    assert (found.verdict, found.shown) == (UNKNOWN, "")
+    assert "it cannot be said how far compression can be reduced**: no strategy with less" in sentence(
+        found, costs, LIMITS
+    )
+    row = limits_table([found], costs, given, KNOWN).iloc[0]
+    assert row.what_would_say_it == "more names in compression.strategies and xray.strategies"
+
+
+def test_a_strategy_that_was_not_x_rayed_says_what_it_does_and_not_what_it_costs():
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0)])
+    costs, found = asked(given)
+    assert (found.verdict, found.not_known, found.shown) == (UNKNOWN, "gentle", "gentle")
+    words = sentence(found, costs, LIMITS)
+    assert "no strategy with less compression than the standard has an image and a dose" in words
+    assert "what it costs is not known; strain −9.1 %" in words
+
+
+def test_missing_rows_say_why_and_leave_the_others_alone():
+    gone = {"outcome": "missing: compress ada left standard: no equilibrium"}
+    rows = [pressed("standard", np.nan, np.nan) | gone, pressed("gentle", 55.0, 60.0)]
+    _, found = asked(tables(compression=rows, image=[imaged("gentle", 2.0)]))
+    assert found.why == "compress ada left standard: no equilibrium"
+    image = [
+        imaged("standard", np.nan) | {"outcome": "missing: no photons"},
+        imaged("gentle", 2.0) | {"outcome": None},
+    ]
+    _, found = asked(tables(**STANDARD_AND, image=image))
+    assert found.verdict == UNKNOWN
+    assert found.why == "the standard strategy, which the others are compared with, has no image and no dose"
+
+
+def test_where_nobody_is_pressed_the_reason_is_what_her_data_do_not_allow():
+    known = Known(("left",), not_planned=(("ada", "compression", "ada was not scanned prone"),))
+    why = why_not_pressed(ASKED, known, {})
+    found = answers(strategy_costs({}, numerical=EXACT, limits=LIMITS), {}, LIMITS, asked=ASKED, why_not=why)
+    assert [each.why for each in found] == ["ada was not scanned prone"] * 2
+    table = answer_table(found)
+    assert table.verdict.tolist() == [UNKNOWN] * 2
+    assert table.possible_mm.isna().all()
+    rows = limits_table(found, strategy_costs({}, numerical=EXACT, limits=LIMITS), {}, known)
+    assert rows.breasts.tolist() == ["ada left, ada right", *["all"] * len(ALWAYS)]
+
+
+def test_a_side_that_is_not_pressed_says_how_to_get_it():
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.0)])
+    known = breasts(given)
+    costs = strategy_costs(known, numerical=EXACT, limits=LIMITS)
+    found = answers(costs, known, LIMITS, asked=ASKED, why_not=why_not_pressed(ASKED, KNOWN, given))
+    rows = limits_table(found, costs, given, KNOWN).set_index("cannot_be_said")
+    assert rows.breasts["anything of this breast"] == "ada right"
+    assert rows.what_would_say_it["anything of this breast"] == "name the side in compression.sides"
+
+
+def test_moduli_that_no_fit_found_and_a_digital_woman_are_named():
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.0)])
+    one = "ada was scanned in one position, two are needed"
+    costs, found = asked(given)
+    rows = limits_table([found], costs, given, Known(("left",), not_planned=(("ada", "fit of moduli", one),)))
+    assert rows.because.str.contains(f"those of the literature are assumed: {one}").sum() == 1
+    fitted = given | tables(
+        identification=[
+            {"volunteer": "ada", "side": "left", "tissue": "glandular", "identifiable": False},
+            {"volunteer": "ada", "side": "left", "tissue": "muscle", "identifiable": False},
+        ]
+    )
+    rows = limits_table([found], costs, fitted, Known(("left",), digital=("ada",)))
+    assert rows.because.str.endswith("do not determine the modulus of: glandular").sum() == 1
+    assert rows.because.str.startswith("a digital volunteer").sum() == 1
+
+
+def test_what_was_chosen_for_her_is_named():
+    rows = [
+        row | {"thickness_from": "half of 100 mm", "moduli_factor": 2.0}
+        for row in STANDARD_AND["compression"]
+    ]
+    given = tables(compression=rows, image=[imaged("standard", 2.0), imaged("gentle", 2.0)])
+    costs, found = asked(given)
+    table = limits_table([found], costs, given, KNOWN)
+    assert table.because.str.contains("no thickness is given for her").sum() == 1
+    assert table.because.str.contains("only moduli times 2 carry her weight").sum() == 1
+
+
+def test_changes_have_a_sign_and_two_digits():
+    assert [percent(each) for each in (147.4, -30.04, 5.74, -0.8, 9.96)] == [
+        "+147",
+        "−30",
+        "+5.7",
+        "−0.8",
+        "+10",
+    ]
+
+
+def test_the_short_table_has_the_values_of_the_standard_and_the_changes_of_the_others():
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.4)])
+    table = short_table(asked(given)[0]).set_index("strategy")
+    assert table.dose["standard"] == "2\N{NO-BREAK SPACE}mGy"
+    assert table.dose["gentle"] == "+20\N{NO-BREAK SPACE}%"
+    assert table["d' of mass"]["gentle"].split(" ")[0] == "+0.0\N{NO-BREAK SPACE}%"
+    assert table.costs.to_dict() == {"standard": "", "gentle": MORE}
+
+
+def test_the_figure_has_a_panel_per_quantity_and_shades_the_range():
+    given = tables(
+        **STANDARD_AND,
+        image=[imaged("standard", 2.0), imaged("gentle", 2.4)],
+        compression_path=[
+            {"volunteer": "ada", "side": "left", "strategy": "standard", "moduli": "gravity",
+             "thickness_mm": t, "force_n": f, "mean_pressure_kpa": f / 10}
+            for t, f in ((60.0, 20.0), (50.0, 100.0))
+        ],
+    )  # fmt: skip
+    costs, found = asked(given)
+    shown = answer_table([found])
+    figure = drawn(
+        shown, costs, given["compression"], given["compression_path"], volunteer="ada", side="left",
+        loss_percent={"dose": 5.0, "detectability": 5.0},
+    )  # fmt: skip
+    assert [ax.get_title(loc="left") for ax in figure.axes] == list(PANELS.values())
+    low, high = figure.axes[0].get_xlim()
+    assert low < 50 < found.possible_mm < 55 < high
+    shaded = [patch.get_x() for patch in figure.axes[1].patches]
+    assert shaded == [pytest.approx(50.0), pytest.approx(found.certain_mm)]
+
+
+def test_strategies_of_one_thickness_are_drawn_over_their_forces():
+    rows = [pressed("standard", 50.0, 100.0), pressed("flexible", 50.2, 60.0, deflection_mm=1.0)]
+    given = tables(compression=rows, image=[imaged("standard", 2.0), imaged("flexible", 2.0)])
+    costs, found = asked(given)
+    path = pd.DataFrame(
+        columns=["volunteer", "side", "strategy", "moduli", "thickness_mm", *(FORCE, PRESSURE)]
+    )
+    figure = drawn(
+        answer_table([found]), costs, given["compression"], path, volunteer="ada", side="left",
+        loss_percent={"dose": 5.0, "detectability": 5.0},
+    )  # fmt: skip
+    assert {ax.get_xlabel() for ax in figure.axes[-2:]} == {"force (N)"}
