@@ -37,7 +37,7 @@ def test_a_position_held_out_reaches_only_what_judges_the_fit(jobs):
         if any(re.search(r"(segmentation|meshes|registration)/\w+/supine_tilted", path) for path in inputs)
     }
     assert {"validate", "propagate"} <= readers
-    judges = {"mesh", "validate", "propagate", "propagation_rows", "what"}
+    judges = {"mesh", "validate", "propagate", "propagation_rows", "what", "view"}
     assert {rule for rule in readers if not rule.startswith(("figure_", "score_", "table"))} <= judges
 
 

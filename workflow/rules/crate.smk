@@ -11,6 +11,7 @@ rule crate:
             *expand("results/study/{name}.csv", name=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]),
             *expand("results/study/figures/{name}.png", name=[*PICTURES, "cost"]),
             *PAGE_SCRIPTS,
+            *VIEW,
         ],
     output:
         directory("results/crate"),

@@ -15,7 +15,11 @@ from mammosim.study.jobs.completeness import completeness_sentence
 from mammosim.study.report.layout import Contents, sections
 from mammosim.study.report.pages import Listing, Section, report
 
-LINKS = (("Tables and figures: this folder", "."), ("Versions, settings and assumptions", "provenance.json"))
+LINKS = (
+    ("Bodies in 3D", "view.html"),
+    ("Tables and figures: this folder", "."),
+    ("Versions, settings and assumptions", "provenance.json"),
+)
 
 
 def main(files: dict, title: str, out: dict[str, str]) -> None:
