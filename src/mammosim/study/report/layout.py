@@ -8,6 +8,7 @@ import pandas as pd
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import Settings
 from mammosim.io.missing import missing_rows
+from mammosim.study.report.explorer import Exploration, Explorer, explorer
 from mammosim.study.report.pages import Listing, Picture, Section
 from mammosim.study.report.texts import FORMULA, NUMBER, Sources, cited_keys
 
@@ -36,7 +37,8 @@ class TablePart(Settings):
 
 @dataclass(frozen=True)
 class Part(Settings):
-    """A section to be: title, text, captions of pictures by the beginning of their names, tables by name.
+    """A section to be: title, text, captions of pictures by the beginning of their names, tables by name,
+    and which of these stand behind a slider.
 
     Or, with nothing but `page`, the place of the sections of a page that is made on demand, by its target.
     needs: the stage or question without which it says nothing.
@@ -47,6 +49,7 @@ class Part(Settings):
     title: str = ""
     text: str = ""
     figures: Mapping[str, str] = field(default_factory=dict)
+    explore: Mapping[str, Exploration] = field(default_factory=dict)
     tables: Mapping[str, TablePart] = field(default_factory=dict)
     page: str = ""
     needs: str = ""
@@ -63,7 +66,13 @@ class Part(Settings):
     @property
     def texts(self) -> tuple[str, ...]:
         """Everything in it that may cite."""
-        return (self.text, *self.figures.values(), *(table.caption for table in self.tables.values()))
+        explored = [each.caption for each in self.explore.values()]
+        return (
+            self.text,
+            *self.figures.values(),
+            *explored,
+            *(each.caption for each in self.tables.values()),
+        )
 
 
 @dataclass(frozen=True)
@@ -128,12 +137,14 @@ def section(part: Part, contents: Contents) -> Section:
 
     A table that is not there is left out: a study without digital volunteers has no scores.
     """
-    blocks: list[Picture | Listing] = []
+    blocks: list[Picture | Listing | Explorer] = []
     for prefix, caption in part.figures.items():
         for name, picture in contents.pictures.items():
             if name == prefix or name.startswith(f"{prefix}_"):
                 what = name.removeprefix(prefix).strip("_").replace("_", " ")
                 blocks.append(replace(picture, caption=caption.replace("{what}", what)))
+    found = [explorer(contents.tables[n], each) for n, each in part.explore.items() if n in contents.tables]
+    blocks += [each for each in found if each is not None]
     for name, table in part.tables.items():
         if name in contents.tables:
             rows = _shown(contents.tables[name], table.columns)

@@ -14,6 +14,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from PIL import Image, UnidentifiedImageError
 
+from mammosim.study.report.explorer import Explorer
 from mammosim.study.report.summary import Numbers
 from mammosim.study.report.texts import Sources, anchor_of, paragraphs, quoted, words
 
@@ -108,7 +109,7 @@ class Listing:
 
 @dataclass(frozen=True)
 class Section:
-    """A title, paragraphs of text separated by blank lines, and pictures and tables below.
+    """A title, paragraphs of text separated by blank lines, and pictures, tables and explorers below.
 
     In the text, {name} or {name:.1f} stands for a number of numbers.json; `x` is code, **x** is bold,
     [x](path) a link, $x$ a formula and [@key] a citation.
@@ -116,7 +117,7 @@ class Section:
 
     title: str
     text: str = ""
-    blocks: tuple[Picture | Listing, ...] = ()
+    blocks: tuple[Picture | Listing | Explorer, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -159,6 +160,9 @@ def report(
         sections=[(section, paragraphs(quoted(section.text, numbers), sources)) for section in sections],
         number_of=lambda block: figures.get(id(block)) or tables.get(id(block)),
         is_picture=lambda block: isinstance(block, Picture),
+        is_explorer=lambda block: isinstance(block, Explorer),
+        explored=Markup(template("explorer.js")) if _numbered(sections, Explorer) else "",
+        heading=heading,
         words=lambda text: words(text, sources),
         alternative=alternative,
         weight=WEIGHT,
