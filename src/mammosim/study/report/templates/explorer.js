@@ -51,7 +51,8 @@
 
   function words(data, name, x) {
     const values = data.lines.map((line) => [line.name, between(line, name, x)]).filter(([, y]) => y !== null);
-    return [`${data.x} ${x.toPrecision(3)}; ${data.y[name]}:`, ...values.map(([line, y]) => `${line} ${y.toPrecision(3)}`)].join("  ·  ");
+    const told = values.map(([line, y]) => `${line} ${y.toPrecision(3)}`).join("; ");
+    return `${data.x} ${x.toPrecision(3)}, ${data.y[name]}: ${told || "no line reaches there"}`;
   }
 
   function start(figure) {
