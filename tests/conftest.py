@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import browser, page  # noqa: F401  (fixtures)
 from whole_study import finished, study  # noqa: F401  (fixtures)
 from xdist.scheduler import LoadFileScheduling
 

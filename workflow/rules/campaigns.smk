@@ -53,6 +53,7 @@ rule campaigns_page:
     """The figures of a campaign, what explains each answer, and which points have none, on one page."""
     input:
         table="results/campaigns/{campaign}.csv",
+        scripts=PAGE_SCRIPTS,
     output:
         "results/campaigns/{campaign}.html",
     params:

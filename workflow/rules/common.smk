@@ -17,6 +17,8 @@ SEARCHED = [sys.path[0], *filter(None, os.getenv("PYTHONPATH", "").split(os.path
 os.environ.update(PYTHONPATH=os.pathsep.join(dict.fromkeys(SEARCHED)))
 # Scripts end with the process that has started them: with this one, also in a job of a cluster.
 os.environ.update(MAMMOSIM_RUN=str(os.getpid()))
+# What was typed, for the footer of the report: jobs inherit it.
+os.environ.setdefault("MAMMOSIM_COMMAND", shlex.join(["snakemake", *sys.argv[1:]]))
 
 import mammosim
 from mammosim.chain import configuration, relations

@@ -1,4 +1,5 @@
-# Pages of what is made on demand.
+# Pages of what is made on demand, and the scripts of others that pages use.
+PAGE_SCRIPTS = expand("results/study/scripts/{name}", name=["datatables.js", "datatables.css", "plotly.js"])
 PAGES = {}  # of results made on demand, target -> the tables and figures that its page shows
 
 
@@ -9,6 +10,8 @@ def page(target):
         "numbers": f"results/study/{target}.json",
         "tables": expand("results/study/{name}.csv", name=PAGES[target]["tables"]),
         "pictures": expand("results/study/figures/{name}.png", name=PAGES[target]["figures"]),
+        "bibliography": str(HERE / "config/references.bib"),
+        "scripts": PAGE_SCRIPTS,
     }
 
 

@@ -142,6 +142,42 @@ def thickness_words(volunteer):
     )
 
 
+def viewed(volunteer):
+    """The bodies that are shown of a woman: group and name in words, kind and path."""
+    predicted = validated(volunteer) if volunteer in able("validation") else []
+    measured = [*meshed(volunteer), *(p for p in predicted if p not in meshed(volunteer))]
+    base = modelled_in(volunteer) if volunteer in able("stress_free") else None
+    skin = min(UPRIGHT["skin_kpa"], key=lambda kpa: abs(kpa - TISSUES["skin"]["youngs_modulus_kpa"]))
+    shapes = [
+        *(("measured", p, "mesh", f"results/meshes/{volunteer}/{p}.vtu") for p in measured),
+        *([("computed", f"without gravity, from {base}", "mesh", stress_free_of(volunteer))] if base else []),
+        *(("predicted by the fit", p, "mesh", f"results/validation/{volunteer}/{p}.vtu") for p in predicted if p != base),
+        *(
+            ("computed", f"upright, skin of {kpa} kPa", "predicted", f"results/mechanics/{volunteer}/upright/skin_{kpa}kpa.vtu")
+            for kpa in ([skin] if volunteer in able("upright") else [])
+        ),
+        *(
+            (
+                f"{side} breast pressed, {moduli} moduli",
+                strategy,
+                "pressed",
+                f"results/compression/{volunteer}/{side}/{strategy}_{moduli}.vtu",
+            )
+            for side in (COMPRESSION["sides"] if volunteer in able("pressed") else [])
+            for moduli in MODULI
+            for strategy in STRATEGIES
+        ),
+    ]
+    keys = ("group", "name", "kind", "path")
+    return [{key: value.replace("_", " ") if key == "name" else value for key, value in zip(keys, each)} for each in shapes]
+
+
+def files_viewed(body):
+    """The files of a body that is shown."""
+    more = [body["path"].replace(".vtu", "_faces.csv")] if body["kind"] == "pressed" else []
+    return [body["path"], *more]
+
+
 def tables_of(volunteer):
     """The files of her rows of the study's tables, by table."""
     found = {name: [path for path in TABLES[name] if f"/{volunteer}/" in path] for name in HER_TABLES}

@@ -79,8 +79,24 @@ rule not_planned:
         "../scripts/not_planned.py"
 
 
+rule page_scripts:
+    """Scripts by which tables sort and bodies turn, from the packages that bring them: results/study/scripts."""
+    output:
+        PAGE_SCRIPTS,
+    params:
+        library=library("page_scripts.py"),
+    log:
+        "results/logs/page_scripts.log",
+    benchmark:
+        "results/benchmarks/page_scripts/all.tsv"
+    resources:
+        mem_mb=500,
+    script:
+        "../scripts/page_scripts.py"
+
+
 rule report:
-    """One page with every figure and table: results/study/report.html."""
+    """A page with every figure and table, which reads from a file: results/study/report.html and what is beside it."""
     input:
         text=str(HERE / "workflow/report/sections.yaml"),
         pictures=expand("results/study/figures/{name}.png", name=PICTURES),
@@ -94,8 +110,10 @@ rule report:
         page_texts=[page_text(target) for target in PAGES],
         questions=str(HERE / "workflow/questions.yaml"),
         pages=made_pages,
+        scripts=PAGE_SCRIPTS,
     output:
-        "results/study/report.html",
+        page="results/study/report.html",
+        cost="results/study/figures/cost.png",
     params:
         volunteers=WOMEN,
         lacking=[*(what for what in allowed.REPORTED if not able(what)), *(["truth"] if not DIGITAL_WOMEN else [])],

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import _log
+import _pages
 import pandas as pd
 
 from mammosim.figures import campaigns as figures
@@ -15,6 +16,7 @@ from mammosim.study.campaigns.table import answer_columns, failures, shares, sum
 from mammosim.study.report.pages import Listing, Picture, Section, report
 
 REASONS = 50  # rows on the page; the table has them all
+SCRIPTS = "../study/scripts"
 AGAINST = (
     "against each setting: every point, and at each value the median and the range of 80 % of them. Where a "
     "mark is hollow, some points have no answer: the median is that of the others, and may jump."
@@ -30,12 +32,16 @@ def main(path: str, campaign: Campaign, out: str) -> None:
         *(quantity(campaign, table, name) for name in answer_columns(campaign)),
         explained(campaign, table),
         failed(table),
+        Section(
+            "Every point", "", (Listing(table, "Every point with its answers.", f"{campaign.name}.csv"),)
+        ),
     ]
     page = report(
         f"mammosim: {campaign.title}",
         tuple(sections),
         numbers={},
-        footer=f"made by snakemake campaign_{campaign.name}",
+        footer=_pages.made_by(f"snakemake campaign_{campaign.name}"),
+        scripts=SCRIPTS,
     )
     with replacing(out) as temporary:
         temporary.write_text(page, encoding="utf-8")

@@ -3,6 +3,7 @@
 import logging
 
 import _log
+import _pages
 import check_input
 import numpy as np
 
@@ -28,9 +29,8 @@ def main(volunteer: str, rows: list[dict], told: dict, out: dict[str, str]) -> N
     sections = checked_sections(
         checked, told["planned"], told["gains"], thickness=thickness, waits=told["waits"]
     )
-    page = report(
-        f"mammosim: {volunteer}, what was understood", sections, numbers={}, footer="made by snakemake check"
-    )
+    title = f"mammosim: {volunteer}, what was understood"
+    page = report(title, sections, numbers={}, footer=_pages.made_by("snakemake check"))
     with replacing(out["page"]) as temporary:
         temporary.write_text(page, encoding="utf-8")
     stops = [f"{each.position}: {why}" for each in checked if each.used for why in each.reasons]

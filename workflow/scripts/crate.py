@@ -12,7 +12,7 @@ from mammosim.io.tables import read_json
 INSTALL = "rocrate is not installed: `make` installs it, or pip install '.[crate]'"
 # What a reader sees of each file; others are found by their names.
 TOLD = {
-    "report.html": "Every figure and table on one page",
+    "report.html": "Every figure and table on one page, with the figures and scripts beside it",
     "numbers.json": "Every quoted number",
     "provenance.json": "Versions, configuration and assumptions",
     "missing.csv": "What could not be had, and why",

@@ -3,30 +3,34 @@
 from pathlib import Path
 
 import _log
-import yaml
+import _pages
 
-from mammosim.core.settings import read
 from mammosim.io.atomic import replacing
 from mammosim.io.tables import read_json, read_rows
-from mammosim.study.report.layout import Contents, Layout, sections
+from mammosim.study.report.layout import Contents, sections, sources_section
 from mammosim.study.report.pages import report
 
 
 def main(files: dict, target: str, out: str) -> None:
-    layout = read(Layout, yaml.safe_load(Path(files["text"]).read_text()), files["text"])
+    listed, sources = _pages.bibliography(files["bibliography"])
+    layout = _pages.layout_of(files["text"], sources)
     contents = Contents(
-        {Path(path).stem: Path(path).read_bytes() for path in files["pictures"]},
+        _pages.beside(files["pictures"], out),
         {Path(path).stem: read_rows(path) for path in files["tables"]},
+        _pages.csv_beside(files["tables"], out),
     )
+    shown = sections(layout, contents)
     page = report(
         f"mammosim: {layout.title.lower()}",
-        sections(layout, contents),
+        (*shown, *sources_section(shown, listed)),
         numbers=read_json(files["numbers"]),
         subtitle=layout.subtitle,
-        footer=f"made by snakemake {target}",
+        footer=_pages.made_by(f"snakemake {target}"),
+        sources=sources,
+        scripts="scripts",
     )
     with replacing(out) as temporary:
-        temporary.write_text(page)
+        temporary.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

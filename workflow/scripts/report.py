@@ -3,61 +3,82 @@
 from pathlib import Path
 
 import _log
+import _pages
 import pandas as pd
 import yaml
 
 from mammosim.core.settings import read
 from mammosim.figures.status import time_and_memory
 from mammosim.io.atomic import replacing
-from mammosim.io.figures import png_of
+from mammosim.io.figures import write_figure
 from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.jobs.completeness import completeness_sentence
 from mammosim.study.report.answer_words import short_table
-from mammosim.study.report.layout import Contents, Layout, sections
+from mammosim.study.report.layout import Contents, sections
 from mammosim.study.report.pages import Listing, Section, report
 from mammosim.study.report.questions import Questions
-from mammosim.study.report.summary import entries
+
+LINKS = (
+    ("Bodies in 3D", "view.html"),
+    ("Tables and figures: this folder", "."),
+    ("Versions, settings and assumptions", "provenance.json"),
+)
 
 
-def main(files: dict, title: str, out: str) -> None:
-    layout = layout_of(files["text"])
-    pages = {Path(path).stem: layout_of(path) for path in files["page_texts"]}
+def main(files: dict, title: str, out: dict[str, str]) -> None:
+    listed, sources = _pages.bibliography(files["bibliography"])
+    layout = _pages.layout_of(files["text"], sources)
+    pages = {Path(path).stem: _pages.layout_of(path, sources) for path in files["page_texts"]}
     of_pages = {kind: [p for p in files["pages"] if p.endswith(kind)] for kind in (".csv", ".png", ".json")}
     numbers = read_json(files["numbers"])
     for path in of_pages[".json"]:
         numbers |= read_json(path)
-    pictures = {Path(path).stem: Path(path).read_bytes() for path in files["pictures"] + of_pages[".png"]}
-    pictures["cost"] = png_of(time_and_memory(benchmarks(Path("results/benchmarks"))))
-    frames, made = tables(files, of_pages[".csv"]), [Path(path).stem for path in of_pages[".json"]]
+    jobs = _pages.benchmarks(Path("results/benchmarks"))
+    write_figure(time_and_memory(jobs), out["cost"])
+    csv = [*files["tables"], *of_pages[".csv"]]
+    frames, made = tables(files, csv) | {"sources": listed}, [Path(path).stem for path in of_pages[".json"]]
     told = {"pages": pages, "made": made, "lacking": snakemake.params.lacking}
-    asked = read(
-        Questions, yaml.safe_load(Path(files["questions"]).read_text()), Path(files["questions"]).name
-    )
+    questions = Path(files["questions"])
+    asked = read(Questions, yaml.safe_load(questions.read_text(encoding="utf-8")), questions.name)
     frames["questions"] = asked.table(
         sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made
     )
     frames["answer_short"] = short_table(frames["answer_strategies"])
-    shown = sections(layout, Contents(pictures, frames), **told)
+    contents = Contents(
+        _pages.beside([*files["pictures"], *of_pages[".png"], out["cost"]], out["page"]),
+        frames,
+        _pages.csv_beside(csv, out["page"]) | {"quality": "../checked/all.csv"},
+        {"sources": "key"},
+    )
+    shown = sections(layout, contents, **told)
     first = completeness(
         read_rows(files["missing"]), read_rows(files["not_planned"]), snakemake.params.volunteers
     )
-    shown = (shown[0], first, *shown[1:])
-    with replacing(out) as temporary:
-        temporary.write_text(report(title, shown, numbers=numbers, subtitle=layout.subtitle))
-
-
-def layout_of(file: str) -> Layout:
-    """The layout that a file of workflow/report describes."""
-    return read(Layout, yaml.safe_load(Path(file).read_text()), Path(file).name)
+    page = report(
+        title,
+        (shown[0], first, *shown[1:]),
+        numbers=numbers,
+        subtitle=layout.subtitle,
+        footer=_pages.footer(files["provenance"], jobs),
+        sources=sources,
+        links=LINKS,
+        scripts="scripts",
+    )
+    with replacing(out["page"]) as temporary:
+        temporary.write_text(page, encoding="utf-8")
 
 
 def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame, volunteers: list[str]) -> Section:
     """What is missing and why, what the data of a volunteer do not allow, and the page of each."""
     pages = ", ".join(f"[{v}](../women/{v}/what.html)" for v in volunteers)
     listings = [
-        Listing(missing, "What is missing, and which tables and figures lack it."),
-        Listing(not_planned, "What was not planned, since the data of a volunteer do not allow it."),
+        Listing(missing, "What is missing, and which tables and figures lack it.", "missing.csv"),
+        Listing(
+            not_planned,
+            "What was not planned, since the data of a volunteer do not allow it.",
+            "not_planned.csv",
+        ),
     ]
     return Section(
         "What is missing",
@@ -66,22 +87,15 @@ def completeness(missing: pd.DataFrame, not_planned: pd.DataFrame, volunteers: l
     )
 
 
-def tables(files: dict, of_pages: list[str]) -> dict[str, pd.DataFrame]:
+def tables(files: dict, paths: list[str]) -> dict[str, pd.DataFrame]:
     """Every table by name: those of the study, of its pages, and of what made them."""
-    frames = {Path(path).stem: read_rows(path) for path in files["tables"] + of_pages}
+    frames = {Path(path).stem: read_rows(path) for path in paths}
     made = read_json(files["provenance"])
     frames["quality"] = read_table(files["quality"])
     frames["assumptions"] = pd.DataFrame(made["assumptions"])
     frames["versions"] = pd.DataFrame(made["packages"].items(), columns=["package", "version"])
-    frames["sources"] = pd.DataFrame(entries(Path(files["bibliography"]).read_text()))
     frames["published"] = tabulated("published_biomechanics")
     return frames
-
-
-def benchmarks(folder: Path) -> pd.DataFrame:
-    """What Snakemake measured of every job so far."""
-    parts = [pd.read_table(path).assign(rule=path.parent.name) for path in sorted(folder.glob("*/*.tsv"))]
-    return pd.concat(parts, ignore_index=True)
 
 
 if __name__ == "__main__":
@@ -89,5 +103,5 @@ if __name__ == "__main__":
     main(
         dict(snakemake.input.items()),
         f"mammosim: {', '.join(snakemake.params.volunteers)}",
-        snakemake.output[0],
+        {name: str(path) for name, path in snakemake.output.items()},
     )

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import _pages
 import _stage
 import pandas as pd
 
@@ -42,6 +43,7 @@ def main(volunteer: str, rows: list[dict], told: dict, pictures: list[str], out:
         sections,
         numbers={},
         subtitle="What was done with her data, and what was not.",
+        footer=_pages.made_by(f"snakemake results/women/{volunteer}/what.html"),
     )
     with replacing(out) as temporary:
         temporary.write_text(page, encoding="utf-8")

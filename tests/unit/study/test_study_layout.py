@@ -9,14 +9,15 @@ import yaml
 from mammosim.chain.allowed import QUESTIONS, REPORTED
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import read
-from mammosim.study.report.layout import Contents, Layout
+from mammosim.study.report.layout import Contents, Layout, require_sources, sources_section
 from mammosim.study.report.layout import sections as sections_of
-from mammosim.study.report.pages import Listing, Picture
+from mammosim.study.report.pages import Listing, Picture, Section
 
 FOLDER = Path(__file__).parents[3] / "workflow/report"
 CONTENTS = Contents(
-    {"sweep": b"s", "mesh_large_prone": b"m", "mesher": b"x"},
+    {name: Picture(name.encode(), "") for name in ("sweep", "mesh_large_prone", "mesher")},
     {"sweep": pd.DataFrame({"volunteer": ["small"], "nipple_mm": [1.0]})},
+    csv={"sweep": "sweep.csv"},
 )
 CASES = {"title": "Cases", "sections": [{"title": "Every case", "text": "{cases.total}"}]}
 PAGES = {"cases": read(Layout, CASES, "cases.yaml")}
@@ -28,7 +29,28 @@ def sections(parts, contents, **pages):
 
 def test_a_figure_is_shown_for_every_picture_that_begins_with_its_name():
     (only,) = sections([{"title": "Mesh", "figures": {"mesh": "Elements of {what}."}}], CONTENTS)
-    assert only.blocks == (Picture(b"m", "Elements of large prone."),)
+    assert only.blocks == (Picture(b"mesh_large_prone", "Elements of large prone."),)
+
+
+def test_a_formula_in_a_caption_keeps_its_braces():
+    (only,) = sections([{"title": "M", "figures": {"mesh": "$\\frac{a}{b}$ of {what}."}}], CONTENTS)
+    assert only.blocks[0].caption == "$\\frac{a}{b}$ of large prone."
+
+
+def test_what_is_cited_is_in_the_bibliography_or_the_file_is_named():
+    layout = read(Layout, {"sections": [{"title": "Fit", "text": "As [@mira2018; @mirra2018]."}]}, "s.yaml")
+    require_sources(layout, {"mira2018": "", "mirra2018": ""}, file="s.yaml")
+    with pytest.raises(
+        ConfigurationError, match=r"s\.yaml cites \[@mirra2018\] in 'Fit'.*choose of: mira2018"
+    ):
+        require_sources(layout, {"mira2018": "", "carter2009": ""}, file="s.yaml")
+
+
+def test_a_page_by_itself_lists_what_it_cites_and_no_more():
+    listed = pd.DataFrame({"key": ["a1", "b2"], "title": ["A", "B"]})
+    (found,) = sources_section((Section("Fit", "As [@b2]."),), listed)
+    assert found.blocks[0].rows == [["b2", "B"]]
+    assert sources_section((Section("Fit", "As known."),), listed) == ()
 
 
 def test_a_table_shows_the_columns_listed_and_is_left_out_where_it_is_absent():
@@ -40,6 +62,7 @@ def test_a_table_shows_the_columns_listed_and_is_left_out_where_it_is_absent():
     (listing,) = only.blocks
     assert isinstance(listing, Listing)
     assert list(listing.frame) == ["nipple_mm"]
+    assert listing.csv == "sweep.csv"
 
 
 def test_a_page_stands_in_its_place_once_it_was_made():

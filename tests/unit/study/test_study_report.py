@@ -1,11 +1,15 @@
+import json
 import re
+from io import BytesIO
 
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, paragraphs, quoted, report
+from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, report
+from mammosim.study.report.texts import paragraphs, quoted, words
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
 TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<failed>"]})
@@ -17,13 +21,63 @@ def page() -> str:
         Section("The sweep", "", (Picture(b"\x89PNG", "Error."), Listing(TABLE, "Rows."))),
         Section("Again", "", (Picture(b"<svg/>", "More.", "svg"),)),
     )
-    return report("Mammosim", sections, numbers=NUMBERS, subtitle="A study", footer="made here")
+    return report("Mammosim", sections, numbers=NUMBERS, subtitle="A study", footer={"Command": "made here"})
 
 
 def test_the_page_is_whole_without_a_network():
     assert not re.findall(r'(?:src|href)="(?!data:|#)', page())
     assert "@import" not in page()
     assert "url(" not in page()
+
+
+def test_a_figure_beside_the_page_is_referenced_with_its_size_in_print():
+    data = BytesIO()
+    Image.new("RGB", (300, 150)).save(data, "png", dpi=(150, 150))
+    shown = Picture(data.getvalue(), "Error [@a1]. More.", path="figures/a.png", vector="figures/a.pdf")
+    html = report("M", (Section("S", "", (shown,)),), numbers={}, sources={"a1": "Adams 2001"})
+    (image,) = re.findall(r"<img src=[^>]*>", html)
+    assert 'src="figures/a.png" alt="Error."' in image
+    assert 'loading="lazy"' in image
+    assert 'width="192" height="96"' in image  # 2 by 1 inches of 96 pixels
+    assert 'href="figures/a.pdf"' in html
+    assert "of figures behind the first screen" in html
+
+
+def test_a_long_table_stands_on_the_page_in_its_first_rows_and_whole_for_its_script():
+    rows = pd.DataFrame({"label": ["</script><img src=x onerror=alert(1)>"] * 5000, "force_n": range(5000)})
+    section = Section("S", "", (Listing(rows, "All.", "rows.csv"),))
+    html = report("M", (section,), numbers={}, scripts="scripts")
+    assert html.count("<tr>") == 1 + 12
+    assert "<img src=x" not in html
+    (data,) = re.findall(r'<script type="application/json">(.*?)</script>', html, re.S)
+    assert json.loads(data)[4999] == ["</script><img src=x onerror=alert(1)>", "4999"]
+    assert 'href="rows.csv"' in html
+    assert report("M", (section,), numbers={}).count("<tr>") == 1 + 5000, "without the scripts it is whole"
+
+
+def test_citations_lead_to_the_entries_and_formulas_are_mathml():
+    sources = {"a1": "Adams & Eve 2001", "b2": "Cain 2002"}
+    assert str(words("As [@a1; @b2].", sources)) == (
+        'As (<a href="#source-a1">Adams &amp; Eve 2001</a>; <a href="#source-b2">Cain 2002</a>).'
+    )
+    assert str(words("As [@a1].")) == "As [@a1]."
+    with pytest.raises(ConfigurationError, match=r"\[@a2\] is not in the bibliography"):
+        words("As [@a2].", sources)
+    assert "<mfrac>" in words(r"$\frac{1}{2}$")
+    listing = Listing(pd.DataFrame({"key": ["a1"], "title": ["T"]}), "Sources.", anchors="key")
+    assert 'id="source-a1"' in report("M", (Section("S", "", (listing,)),), numbers={})
+
+
+def test_a_formula_is_plain_mathml_and_keeps_its_braces():
+    for latex, written in (
+        (r"\href{javascript:alert(1)}{x}", "href"),
+        (r"\text{<script>alert(1)</script>}", "script"),
+    ):
+        with pytest.raises(ConfigurationError, match=f"writes .*{written}"):
+            words(f"${latex}$")
+    assert (
+        quoted(r"$\frac{mu}{2}$ is {sweep.small.1.nipple_left_mm:.0f}.", NUMBERS) == r"$\frac{mu}{2}$ is 12."
+    )
 
 
 def test_every_section_is_in_the_table_of_contents():

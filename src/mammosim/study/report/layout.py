@@ -1,22 +1,30 @@
 """From a layout, the nested plain values of a file of sections, to the sections of a page."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import Settings
 from mammosim.io.missing import missing_rows
+from mammosim.study.report.explorer import Exploration, Explorer, explorer
 from mammosim.study.report.pages import Listing, Picture, Section
+from mammosim.study.report.texts import FORMULA, NUMBER, Sources, cited_keys
 
 
 @dataclass(frozen=True)
 class Contents:
-    """What there is to show: pictures, name -> bytes of a PNG; tables, name -> DataFrame."""
+    """What there is to show: pictures and tables by name.
 
-    pictures: Mapping[str, bytes]
+    csv: name -> path from the page of the file of a table; anchors: name -> the column to whose rows texts
+    link.
+    """
+
+    pictures: Mapping[str, Picture]
     tables: Mapping[str, pd.DataFrame]
+    csv: Mapping[str, str] = field(default_factory=dict)
+    anchors: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -29,7 +37,8 @@ class TablePart(Settings):
 
 @dataclass(frozen=True)
 class Part(Settings):
-    """A section to be: title, text, captions of pictures by the beginning of their names, tables by name.
+    """A section to be: title, text, captions of pictures by the beginning of their names, tables by name,
+    and which of these stand behind a slider.
 
     Or, with nothing but `page`, the place of the sections of a page that is made on demand, by its target.
     needs: the stage or question without which it says nothing.
@@ -40,6 +49,7 @@ class Part(Settings):
     title: str = ""
     text: str = ""
     figures: Mapping[str, str] = field(default_factory=dict)
+    explore: Mapping[str, Exploration] = field(default_factory=dict)
     tables: Mapping[str, TablePart] = field(default_factory=dict)
     page: str = ""
     needs: str = ""
@@ -49,12 +59,20 @@ class Part(Settings):
         if bool(self.title) == bool(self.page):
             raise ConfigurationError("a section has either a title or the name of a page; give one of them")
         for name, caption in self.figures.items():
-            try:
-                caption.format(what="")
-            except (KeyError, IndexError, ValueError):
-                raise ConfigurationError(
-                    f"figures.{name} may name {{what}} only, not as {caption!r}"
-                ) from None
+            named = set(NUMBER.findall(FORMULA.sub("", caption)))
+            if named - {("what", "")}:
+                raise ConfigurationError(f"figures.{name} may name {{what}} only, not as {caption!r}")
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Everything in it that may cite."""
+        explored = [each.caption for each in self.explore.values()]
+        return (
+            self.text,
+            *self.figures.values(),
+            *explored,
+            *(each.caption for each in self.tables.values()),
+        )
 
 
 @dataclass(frozen=True)
@@ -64,6 +82,26 @@ class Layout(Settings):
     sections: tuple[Part, ...]
     title: str = ""
     subtitle: str = ""
+
+
+def require_sources(layout: Layout, sources: Sources, *, file: str) -> None:
+    """Raise ConfigurationError, naming the file of the layout, where it cites what is no source."""
+    for part in layout.sections:
+        for key in cited_keys(part.texts):
+            if key not in sources:
+                near = ", ".join(sorted(name for name in sources if name[:3] == key[:3])) or "none alike"
+                raise ConfigurationError(
+                    f"{file} cites [@{key}] in {part.title!r}, which the bibliography does not have; "
+                    f"add it, or choose of: {near}"
+                )
+
+
+def sources_section(found: tuple[Section, ...], listed: pd.DataFrame) -> tuple[Section, ...]:
+    """The sources that sections cite, of all that are listed (column key), as one more section, if any."""
+    captions = [block.caption for each in found for block in each.blocks]
+    cited = set(cited_keys([*(each.text for each in found), *captions]))
+    rows = listed[listed.key.isin(cited)]
+    return () if rows.empty else (Section("Sources", "", (Listing(rows, "What is cited.", "", "key"),)),)
 
 
 def sections(
@@ -99,15 +137,19 @@ def section(part: Part, contents: Contents) -> Section:
 
     A table that is not there is left out: a study without digital volunteers has no scores.
     """
-    blocks: list[Picture | Listing] = []
+    blocks: list[Picture | Listing | Explorer] = []
     for prefix, caption in part.figures.items():
-        for name, data in contents.pictures.items():
+        for name, picture in contents.pictures.items():
             if name == prefix or name.startswith(f"{prefix}_"):
                 what = name.removeprefix(prefix).strip("_").replace("_", " ")
-                blocks.append(Picture(data, caption.format(what=what)))
+                blocks.append(replace(picture, caption=caption.replace("{what}", what)))
+    found = [explorer(contents.tables[n], each) for n, each in part.explore.items() if n in contents.tables]
+    blocks += [each for each in found if each is not None]
     for name, table in part.tables.items():
         if name in contents.tables:
-            blocks.append(Listing(_shown(contents.tables[name], table.columns), table.caption))
+            rows = _shown(contents.tables[name], table.columns)
+            csv, anchors = contents.csv.get(name, ""), contents.anchors.get(name, "")
+            blocks.append(Listing(rows, table.caption, csv, anchors))
     return Section(part.title, part.text, tuple(blocks))
 
 

@@ -1,17 +1,22 @@
-"""The report: sections with pictures and tables, rendered as one HTML page that needs nothing else."""
+"""A page: sections with pictures and tables as HTML that reads from a file, without a network."""
 
 import base64
+import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import resources
+from io import BytesIO
 
 import pandas as pd
 from jinja2 import Environment, StrictUndefined
-from markupsafe import Markup, escape
+from markupsafe import Markup
+from PIL import Image, UnidentifiedImageError
 
-from mammosim.core.errors import ConfigurationError
+from mammosim.study.report.explorer import Explorer
 from mammosim.study.report.summary import Numbers
+from mammosim.study.report.texts import Sources, anchor_of, paragraphs, quoted, words
 
 # How the end of a column's name reads as a unit.
 UNITS: Mapping[str, str] = {
@@ -19,39 +24,61 @@ UNITS: Mapping[str, str] = {
     "mgy": "mGy", "ugy": "µGy", "mas": "mAs", "kev": "keV", "deg": "°", "percent": "%", "s": "s", "mb": "MB",
     "mj": "mJ", "ev": "eV",
 }  # fmt: skip
-NUMBER = re.compile(r"\{([a-zA-Z][^{}:]*)(?::([^{}]+))?\}")
 LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
-SENTENCE = re.compile(r"(?<=[.:?])(\s+)(?=[A-Z*])")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
+SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
+SHORT = 12  # rows of a table that is shown whole
+MB = 1e6
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure: the bytes of its file, 'png' or 'svg', and a caption."""
+    """A figure: the bytes of its file, 'png' or 'svg', and a caption.
+
+    path: of the file from the page, '' where the page holds it; vector: of its vector file, '' of none.
+    """
 
     data: bytes
     caption: str
     kind: str = "png"
+    path: str = ""
+    vector: str = ""
 
     @property
     def source(self) -> str:
-        """The picture as a data URI."""
-        return f"data:{MEDIA[self.kind]};base64,{base64.b64encode(self.data).decode()}"
+        """Where the picture is: its path, or its bytes as a data URI."""
+        return self.path or f"data:{MEDIA[self.kind]};base64,{base64.b64encode(self.data).decode()}"
+
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """Width and height in pixels of CSS at the size of print; None where the file does not say."""
+        try:
+            with Image.open(BytesIO(self.data)) as image:
+                dpi = image.info.get("dpi", (SCREEN_DPI, SCREEN_DPI))[0]
+                return round(image.width * SCREEN_DPI / dpi), round(image.height * SCREEN_DPI / dpi)
+        except (UnidentifiedImageError, OSError):
+            return None
 
 
 @dataclass(frozen=True)
 class Listing:
-    """A table with a caption; units are read off the column names."""
+    """A table with a caption; units are read off the column names.
+
+    csv: path from the page of the file that has all of it, '' of none; anchors: the column whose values name
+    its rows, to which texts link; a table with anchors is shown whole.
+    """
 
     frame: pd.DataFrame
     caption: str
+    csv: str = ""
+    anchors: str = ""
 
     @property
     def headings(self) -> list[str]:
         """Column names in words, with units."""
         return [heading(str(column)) for column in self.frame.columns]
 
-    @property
+    @cached_property
     def rows(self) -> list[list[str]]:
         """Cells as text: numbers to four significant digits, a dash where there is none."""
         return [[cell(value) for value in row] for row in self.frame.itertuples(index=False)]
@@ -61,18 +88,38 @@ class Listing:
         """Which columns hold numbers."""
         return [pd.api.types.is_numeric_dtype(self.frame[column]) for column in self.frame.columns]
 
+    @property
+    def paged(self) -> bool:
+        """Whether it is too long to be shown whole; a table of links is not, as pages of a table hold text alone."""
+        linked = any(isinstance(value, Markup) for row in self.rows for value in row)
+        return len(self.frame) > SHORT and not self.anchors and not linked
+
+    @property
+    def first(self) -> int:
+        """How many rows stand on the page where no script runs, if it is paged."""
+        return SHORT
+
+    @property
+    def json(self) -> Markup:
+        """All cells as JSON that can stand in a script element."""
+        return Markup(json.dumps(self.rows, ensure_ascii=False).replace("<", "\\u003c"))
+
+    def anchor_of(self, row: int) -> str:
+        """The id of a row."""
+        return anchor_of(str(self.frame[self.anchors].iloc[row]))
+
 
 @dataclass(frozen=True)
 class Section:
-    """A title, paragraphs of text separated by blank lines, and pictures and tables below.
+    """A title, paragraphs of text separated by blank lines, and pictures, tables and explorers below.
 
-    In the text, {name} or {name:.1f} stands for a number of numbers.json; `x` is code, **x** is bold, and
-    [x](path) a link.
+    In the text, {name} or {name:.1f} stands for a number of numbers.json; `x` is code, **x** is bold,
+    [x](path) a link, $x$ a formula and [@key] a citation.
     """
 
     title: str
     text: str = ""
-    blocks: tuple[Picture | Listing, ...] = ()
+    blocks: tuple[Picture | Listing | Explorer, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -86,22 +133,47 @@ def report(
     *,
     numbers: Numbers,
     subtitle: str = "",
-    footer: str = "",
+    footer: Mapping[str, str] | None = None,
+    sources: Sources | None = None,
+    links: Sequence[tuple[str, str]] = (),
+    scripts: str = "",
 ) -> str:
-    """The page. Raises ConfigurationError when a text names a number that the results do not have."""
+    """The page.
+
+    footer: what made it, name -> words; sources: what texts may cite; links: (words, path) below the title;
+    scripts: path from the page of the folder that `scripts.write_scripts` has filled: long tables are paged,
+    where they would be shown whole without it.
+    Raises ConfigurationError when a text names a number that the results do not have, or cites what is not
+    among the sources.
+    """
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     page = environment.from_string(template("report.html.j2"))
     figures, tables = _numbered(sections, Picture), _numbered(sections, Listing)
-    return page.render(
+    html = page.render(
         title=title,
         subtitle=subtitle,
-        footer=footer,
-        sections=[(section, paragraphs(quoted(section.text, numbers))) for section in sections],
+        footer=(footer or {}).items(),
+        links=links,
+        scripts=scripts,
+        style=Markup(template("page.css")),
+        script=Markup(template("page.js")),
+        sections=[(section, paragraphs(quoted(section.text, numbers), sources)) for section in sections],
         number_of=lambda block: figures.get(id(block)) or tables.get(id(block)),
         is_picture=lambda block: isinstance(block, Picture),
+        is_explorer=lambda block: isinstance(block, Explorer),
+        explored=Markup(template("explorer.js")) if _numbered(sections, Explorer) else "",
+        heading=heading,
+        words=lambda text: words(text, sources),
+        alternative=alternative,
+        weight=WEIGHT,
     )
+    before, _, after = html.rpartition(WEIGHT)
+    return f"{before}{weight(html, sections)}{after}"
+
+
+WEIGHT = "@weight@"  # in the place of words that can be had of the finished page only
 
 
 def template(name: str) -> str:
@@ -109,43 +181,24 @@ def template(name: str) -> str:
     return resources.files("mammosim.study.report").joinpath("templates", name).read_text(encoding="utf-8")
 
 
+def weight(html: str, sections: Sequence[Section]) -> str:
+    """What a page weighs, in words."""
+    beside = [b for each in sections for b in each.blocks if isinstance(b, Picture) and b.path]
+    page = f"{len(html.encode()) / MB:.1f} MB"
+    if not beside:
+        return page
+    return f"{page}, and {sum(len(b.data) for b in beside) / MB:.1f} MB of figures behind the first screen"
+
+
+def alternative(picture: Picture) -> str:
+    """What stands for a picture that is not seen: the first sentence of its caption, without marks."""
+    first = re.split(r"(?<=[.;])\s", picture.caption, maxsplit=1)[0]
+    return re.sub(r"[`*$]|\s*\[@[^\]]*\]", "", first)
+
+
 def _numbered(sections: tuple[Section, ...], kind: type) -> dict[int, int]:
     blocks = [block for section in sections for block in section.blocks if isinstance(block, kind)]
     return {id(block): number for number, block in enumerate(blocks, start=1)}
-
-
-def quoted(text: str, numbers: Numbers) -> str:
-    """The text with each {name:format} replaced by that number, or by a dash where there is none.
-
-    A sentence all of whose numbers are None is left out.
-    """
-
-    def value(match: re.Match[str]) -> str:
-        name, shape = match[1], match[2] or ""
-        if name not in numbers:
-            near = [known for known in numbers if known.split(".")[0] == name.split(".")[0]]
-            raise ConfigurationError(
-                f"the report quotes {name!r}, which the results do not have; there are: {', '.join(near[:8])}"
-            )
-        number = numbers[name]
-        return "–" if number is None else format(number, shape)
-
-    def told(sentence: str) -> bool:
-        names = [match[1] for match in NUMBER.finditer(sentence)]
-        return not names or any(numbers.get(name, 0) is not None for name in names)
-
-    return NUMBER.sub(value, "".join(part for part in SENTENCE.split(text) if told(part)))
-
-
-def paragraphs(text: str) -> list[Markup]:
-    """Paragraphs of HTML from plain text with `code`, **bold** and [words](path)."""
-    found = []
-    for part in re.split(r"\n\s*\n", text.strip()):
-        html = str(escape(" ".join(part.split())))
-        html = re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
-        html = re.sub(r"\[([^\]]+)\]\(([^()\s]+)\)", r'<a href="\2">\1</a>', html)
-        found.append(Markup(re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", html)))
-    return [part for part in found if part]
 
 
 def heading(column: str) -> str:

@@ -2,10 +2,14 @@
 
 import hashlib
 import json
+import os
 import platform
 import re
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+from unicodedata import normalize
 
 import pandas as pd
 
@@ -89,9 +93,17 @@ def _continued(lines: Iterable[str]) -> Iterable[str]:
         yield match[1].strip()
 
 
-def provenance(configuration: Configuration, *, lock: str, assumed: pd.DataFrame) -> dict[str, object]:
-    """Versions, and digests of the configuration and of the text of the environment's lock."""
+def provenance(
+    configuration: Configuration, *, lock: str, assumed: pd.DataFrame, commit: str = "", command: str = ""
+) -> dict[str, object]:
+    """Versions, the kind of machine, and digests of the configuration and of the environment's lock.
+
+    commit: of the checkout; command: that started the run; '' where unknown.
+    """
     return {
+        "commit": commit or "unknown: the study does not lie in a checkout of git",
+        "command": command or "unknown",
+        "machine": machine_kind(),
         "python": platform.python_version(),
         "packages": {name: _version(name) for name in PACKAGES},
         "configuration_sha256": digest(configuration),
@@ -99,6 +111,39 @@ def provenance(configuration: Configuration, *, lock: str, assumed: pd.DataFrame
         "configuration": dict(configuration),
         "assumptions": assumed.to_dict("records"),
     }
+
+
+def machine_kind() -> str:
+    """System, processor, cores and memory; not which machine it is."""
+    told = Path("/proc/cpuinfo").read_text(errors="replace") if Path("/proc/cpuinfo").exists() else ""
+    model = re.search(r"^model name\s*:\s*(.+)$", told, re.M)
+    gigabytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+    processor = model[1].strip() if model else platform.machine()
+    return (
+        f"{platform.system()} {platform.machine()}, {processor}, {os.cpu_count()} cores, {gigabytes:.0f} GB"
+    )
+
+
+def made_words(made: Mapping[str, Any], *, date: str, jobs: pd.DataFrame | None = None) -> dict[str, str]:
+    """What made a page, name -> words, of the values of provenance.json.
+
+    jobs: one row per job with s, cpu_time (s) and max_rss (MB), as Snakemake's benchmarks have them.
+    """
+    packages, settings = made["packages"], made["configuration"]
+    found = {
+        "Date": date,
+        "Commit": str(made.get("commit", "unknown")),
+        "Machine": str(made.get("machine", "unknown")),
+        "Command": str(made.get("command", "unknown")),
+        "Seeds": f"{settings['seed']}, and one of each job by its name" if "seed" in settings else "none",
+        "Versions": f"mammosim {packages['mammosim']}, Python {made['python']}",
+        "Settings": f"SHA-256 {made['configuration_sha256'][:12]}; lock {made['environment_sha256'][:12]}",
+    }
+    if jobs is None or jobs.empty:
+        return found
+    hours, largest = jobs.cpu_time.sum() / 3600, jobs.loc[jobs.max_rss.idxmax()]
+    took = f"{len(jobs)} jobs, {hours:.1f} processor hours, {jobs.s.sum() / 3600:.1f} hours one after another"
+    return found | {"Durations": f"{took}; at most {largest.max_rss / 1000:.1f} GB ({largest.rule})"}
 
 
 def digest(values: Configuration) -> str:
@@ -117,7 +162,8 @@ def _version(name: str) -> str:
 
 ENTRY = re.compile(r"@(\w+)\{(\w+),(.*?)\n\}", re.S)
 FIELD = re.compile(r"(\w+) = \{(.*?)\},?\s*(?=\n|$)", re.S)
-ACCENT = re.compile(r"\{\\\^i\}")
+ACCENT = re.compile(r"\{\\([\"'`^~])\\?(\w)\}")  # of LaTeX, as {\"o}
+COMBINING = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "^": "\u0302", "~": "\u0303"}
 
 
 def entries(text: str) -> list[dict[str, str]]:
@@ -133,5 +179,15 @@ def entries(text: str) -> list[dict[str, str]]:
     return sorted(rows, key=lambda row: row["key"])
 
 
+def author_year(entry: Mapping[str, str]) -> str:
+    """How a text cites an entry of `entries`: 'Mîra et al. 2018', 'Dance and Sechopoulos 2016'."""
+    families = [name.split(",")[0].strip() for name in entry["author"].split(" and ")]
+    named = families[0] if len(families) == 1 else " and ".join(families)
+    if len(families) > 2 or families[-1] == "others":
+        named = f"{families[0]} et al."
+    return f"{named} {entry['year']}".strip()
+
+
 def _plain_text(value: str) -> str:
-    return ACCENT.sub("î", value).replace("{", "").replace("}", "").replace("\\", "")
+    accented = ACCENT.sub(lambda found: normalize("NFC", found[2] + COMBINING[found[1]]), value)
+    return accented.replace("{", "").replace("}", "").replace("\\", "")

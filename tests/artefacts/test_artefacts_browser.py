@@ -1,0 +1,32 @@
+"""The pages of the small run in a browser: whole, without errors, light, and open to every reader."""
+
+import pytest
+
+pytestmark = pytest.mark.workflow
+MB = 1e6
+
+
+def test_the_report_is_light_and_has_no_serious_fault_of_access(page, results):
+    report = results / "study/report.html"
+    assert report.stat().st_size < 2 * MB
+    read = page.open(report)
+    read.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
+    assert page.violations() == []
+    assert read.locator("main > section").count() > 10
+
+
+def test_the_folder_of_the_study_is_below_30_mb(results):
+    assert sum(file.stat().st_size for file in (results / "study").rglob("*") if file.is_file()) < 30 * MB
+
+
+def test_every_body_of_the_small_run_is_drawn(page, results):
+    read = page.open(results / "study/view.html", width=700, height=700)
+    for number in range(2):
+        read.wait_for_function("document.querySelector('#body option')")
+        name = read.eval_on_selector_all("#volunteer option", "all => all.map((each) => each.value)")[number]
+        read.select_option("#volunteer", name)
+        read.wait_for_function(f"told.textContent.startsWith('{name}, ')")
+        bodies = read.eval_on_selector_all("#body option", "all => all.map((each) => each.textContent)")
+        assert {"prone", "supine", "standard"} <= set(bodies)
+    assert read.text_content("#absent") == ""
+    assert page.violations() == []
