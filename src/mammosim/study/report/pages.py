@@ -90,7 +90,7 @@ class Listing:
 
     @property
     def paged(self) -> bool:
-        """Whether it is too long to be shown whole; a table of links is not, as pages of a table hold text alone."""
+        """Whether it is too long to be shown whole. One of links is not: pages of a table hold text alone."""
         linked = any(isinstance(value, Markup) for row in self.rows for value in row)
         return len(self.frame) > SHORT and not self.anchors and not linked
 
