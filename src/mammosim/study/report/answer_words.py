@@ -124,7 +124,8 @@ def short_table(table: pd.DataFrame) -> pd.DataFrame:
         by = part.set_index("quantity")
         limited = [cost for cost in part.costs.fillna("") if cost]
         rows.append(
-            {"breast": f"{volunteer} {side}", "strategy": strategy, "thickness_mm": by.thickness_mm.iloc[0]}
+            {"breast": _whole(f"{volunteer} {side}"), "strategy": strategy}
+            | {"thickness_mm": round(float(by.thickness_mm.iloc[0]), 1)}
             | {"force_n": _whole(_with_interval(by.loc[FORCE]))}
             | {name: _whole(_told(by.loc[quantity], unit)) for name, (quantity, unit) in CHANGES.items()}
             | {"costs": together(limited) if limited else ""}

@@ -71,7 +71,7 @@ def kept_in_changes(measured: pd.DataFrame) -> pd.DataFrame:
 def strategy_costs(
     known: Mapping[tuple[str, str], PressedBreast], *, numerical: Numerical, limits: LossLimits
 ) -> pd.DataFrame:
-    """COLUMNS: a row per breast, strategy and quantity.
+    """COLUMNS: a row per breast, strategy, the thinnest first, and quantity.
 
     level: whether the plates stayed parallel; low, high: the interval of the value, and interval_from: what
     it holds, both empty where none is known; costs: LESS, MAY, MORE or UNKNOWN against the limits, '' of what
@@ -82,7 +82,7 @@ def strategy_costs(
         for (volunteer, side), breast in known.items()
         for row in (*_done(breast), *_seen(breast, numerical, limits))
     ]
-    return pd.DataFrame(rows, columns=COLUMNS).sort_values([*BREAST, "thickness_mm"], kind="stable")
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _keys(row: pd.Series) -> dict[str, object]:
