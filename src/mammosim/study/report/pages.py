@@ -14,6 +14,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from PIL import Image, UnidentifiedImageError
 
+from mammosim.io.figures import DPI
 from mammosim.study.report.explorer import Explorer
 from mammosim.study.report.summary import Numbers
 from mammosim.study.report.texts import Sources, anchor_of, paragraphs, quoted, words
@@ -28,7 +29,7 @@ LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
 SHORT = 12  # rows of a table that is shown whole
-MB = 1e6
+KB, MB = 1e3, 1e6
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Picture:
         """Width and height in pixels of CSS at the size of print; None where the file does not say."""
         try:
             with Image.open(BytesIO(self.data)) as image:
-                dpi = image.info.get("dpi", (SCREEN_DPI, SCREEN_DPI))[0]
+                dpi = image.info.get("dpi", (DPI, DPI))[0]
                 return round(image.width * SCREEN_DPI / dpi), round(image.height * SCREEN_DPI / dpi)
         except (UnidentifiedImageError, OSError):
             return None
@@ -90,8 +91,8 @@ class Listing:
 
     @property
     def paged(self) -> bool:
-        """Whether it is too long to be shown whole. One of links is not: pages of a table hold text alone."""
-        linked = any(isinstance(value, Markup) for row in self.rows for value in row)
+        """Whether it is too long to be shown whole; one with links is never paged, whose cells are text."""
+        linked = any(isinstance(text, Markup) for row in self.rows for text in row)
         return len(self.frame) > SHORT and not self.anchors and not linked
 
     @property
@@ -184,10 +185,15 @@ def template(name: str) -> str:
 def weight(html: str, sections: Sequence[Section]) -> str:
     """What a page weighs, in words."""
     beside = [b for each in sections for b in each.blocks if isinstance(b, Picture) and b.path]
-    page = f"{len(html.encode()) / MB:.1f} MB"
+    page = size_words(len(html.encode()))
     if not beside:
         return page
-    return f"{page}, and {sum(len(b.data) for b in beside) / MB:.1f} MB of figures behind the first screen"
+    return f"{page}, and {size_words(sum(len(b.data) for b in beside))} of figures behind the first screen"
+
+
+def size_words(size: float) -> str:
+    """A number of bytes in kB or MB."""
+    return f"{size / MB:.1f} MB" if size >= MB else f"{size / KB:.0f} kB"
 
 
 def alternative(picture: Picture) -> str:
