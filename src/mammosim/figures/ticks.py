@@ -4,12 +4,25 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis, YAxis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
 DPI = 160  # of a figure, as it is laid out
 GAP = 1.1  # of the room that a name takes
 LINE_HEIGHT = 1.2  # of the size of its letters
+FEW_DECADES = 2.0
 LEVEL_DEGREES = 5.0  # names that are turned by less lie one beside the other
+
+
+def plain_log(axis: Axis) -> None:
+    """A logarithmic scale with a few plain numbers: powers of ten, and 2 and 5 times them."""
+    low, high = sorted(axis.get_data_interval())
+    decades = float(np.log10(high / low)) if 0 < low < high else 1.0
+    subs = range(1, 10) if decades < 0.9 else (1.0, 2.0, 5.0) if decades < FEW_DECADES else (1.0,)
+    axis.set_major_locator(LogLocator(subs=tuple(subs), numticks=7))
+    axis.set_major_formatter(
+        FuncFormatter(lambda value, _: np.format_float_positional(value, precision=12, trim="-"))
+    )
+    axis.set_minor_formatter(NullFormatter())
 
 
 def keep_names_apart(figure: Figure) -> None:
