@@ -10,8 +10,8 @@ from mammosim.figures.render import Solid
 from mammosim.figures.style import TISSUE_COLOURS
 
 SKIN_COLOUR = "#e3b79c"
-# The rim of the skin follows edges of elements to and fro, in teeth of their size. So many means over
-# neighbours smooth it over about three elements; the skin is shown to where its share is this, about one
+# The rim of the skin follows edges of elements to and fro, in teeth of their size. So many means over neighbours
+# smooth it over about three elements; the skin is shown to where its share is this part of the largest, about one
 # element from the rim, where no tooth is left.
 RIM_MEANS, RIM_SHARE = 30, 0.75
 
@@ -31,7 +31,7 @@ def coloured_skin(mesh: TetMesh, rgb: np.ndarray) -> Solid:
     others = [faces for name, faces in mesh.boundaries.items() if name != "skin"]
     share = skin_share(mesh, boundary_triangles(np.vstack([mesh.boundaries["skin"], *others])))
     skin = boundary_triangles(mesh.boundaries["skin"])
-    return Solid(mesh.points, skin, np.repeat(rgb, 4, axis=0), inside=share - RIM_SHARE)
+    return Solid(mesh.points, skin, np.repeat(rgb, 4, axis=0), inside=share - RIM_SHARE * share.max())
 
 
 def skin_share(mesh: TetMesh, triangles: np.ndarray) -> np.ndarray:

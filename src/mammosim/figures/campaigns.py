@@ -145,7 +145,9 @@ def lines(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
     for ax in axes[::across]:
         ax.set_ylabel(heading(name))
     if norm is not None:
-        figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=list(axes[: len(panels)]), label=label(colours[0]))
+        figure.colorbar(
+            ScalarMappable(norm, SEQUENTIAL), ax=list(axes[: len(panels)]), label=label(colours[0])
+        )
     return figure
 
 

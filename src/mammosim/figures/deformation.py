@@ -36,7 +36,7 @@ from mammosim.figures.style import (
     scale_bar,
     styled,
 )
-from mammosim.figures.surfaces import draw_outlines
+from mammosim.figures.surfaces import colours_of_shapes, draw_outlines
 from mammosim.figures.ticks import plain_log
 
 SIDES: Mapping[str, tuple[str, Literal["full", "none"]]] = {"left": ("o", "full"), "right": ("s", "none")}
@@ -117,7 +117,8 @@ def _draw_unsolved(ax: Axes, unsolved: pd.DataFrame, colour: Mapping[str, str]) 
 def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) -> Figure:
     """One volunteer upright with skins of several moduli, in the plane x_mm (figure 1.15 of Mira 2018).
 
-    shapes: name -> loaded mesh; table: rows of study.sweep.upright_row of this volunteer.
+    shapes: name -> loaded mesh, at the end those of the rows, by modulus; table: rows of
+    study.sweep.upright_row of this volunteer.
     """
     figure = new_figure(3.6)
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.15))
@@ -125,10 +126,13 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
     left.set_title(f"skin, x = {x_mm:.0f} mm")
     add_legend(figure, some(labelled(left), "skins"))
     rows = table.sort_values("skin_kpa")
-    names = ["none" if E == 0 else f"{E:g} kPa" for E in rows.skin_kpa]
-    bars = right.bar(
-        range(len(rows)), rows.max_displacement_mm, color=list(colours(names).values()), width=0.62
-    )
+    names = [
+        ("none" if E == 0 else f"{E:g} kPa") + ("" if np.isfinite(d) else "\nno equi-\nlibrium")
+        for E, d in zip(rows.skin_kpa, rows.max_displacement_mm)
+    ]
+    # Each skin has the colour of its outline.
+    colour = [colours_of_shapes(shapes)[name] for name in list(shapes)[-len(rows) :]]
+    bars = right.bar(range(len(rows)), rows.max_displacement_mm, color=colour, width=0.62)
     right.set_xticks(range(len(rows)), names)
     bare = rows.max_displacement_mm[rows.skin_kpa == 0].dropna()
     labels = [
@@ -138,7 +142,10 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
     if len(rows) <= MOST:
         right.bar_label(bars, labels, padding=2, fontsize=SMALLEST)
     right.margins(y=0.18)
-    right.set(xlabel="Young's modulus of the skin", ylabel="largest displacement, prone to upright (mm)")
+    right.set_xlim(-0.6, len(rows) - 0.4)
+    right.set(
+        xlabel="Young's modulus of the skin", ylabel="largest displacement (mm)", title="prone to upright"
+    )
     right.grid(False, axis="x")
     return figure
 

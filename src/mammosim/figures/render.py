@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from scipy.ndimage import label
 
 from mammosim.io.compiled import njit
 
@@ -14,6 +15,7 @@ LIGHT = np.array([-0.45, 0.6, 0.66])
 AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0.38, 0.62, 0.16, 24
 SUPERSAMPLING = 2
 COLUMNS = 900  # of a picture half as wide as the page, at 300 per inch
+SPECK = 1e-3  # of the largest piece of a picture
 EDGE = 0.6  # of the light, at edges between parts
 
 
@@ -93,13 +95,15 @@ def render(
     extent: tuple[float, float, float, float] | None = None,
 ) -> Picture:
     """A picture of solids, the opaque ones first; `extent` in mm of the camera, by default all of them."""
-    xyz = np.vstack([camera.project(s.points) for s in solids])
+    xyz = np.vstack(
+        [camera.project(s.points[s.inside >= 0] if s.inside is not None else s.points) for s in solids]
+    )
     (x0, y0, _), (x1, y1, _) = xyz.min(0) - 4, xyz.max(0) + 4
     left, right, bottom, top = extent or (x0, x1, y0, y1)
     n = columns * SUPERSAMPLING
     pixel = (right - left) / n
     shape = (max(round((top - bottom) / pixel / SUPERSAMPLING), 1) * SUPERSAMPLING, n)
-    rgba, depth = np.zeros((*shape, 4)), np.full(shape, -np.inf)
+    rgba, depth = np.zeros((*shape, 4), np.float32), np.full(shape, -np.inf)
     for solid in sorted(solids, key=lambda s: -s.opacity):
         seen = camera.project(solid.points)
         image = np.stack([(seen[:, 0] - left) / pixel, (top - seen[:, 1]) / pixel, seen[:, 2]], axis=1)
@@ -111,11 +115,20 @@ def render(
         colour = _shaded(solid, camera, triangle[hit], b[hit])
         if solid.parts is not None:
             colour[_between_parts(triangle, solid.parts)[hit]] *= EDGE
-        alpha = solid.opacity
-        rgba[hit, :3] = alpha * colour + (1 - alpha) * np.where(rgba[hit, 3:], rgba[hit, :3], 1.0)
-        rgba[hit, 3] = np.maximum(rgba[hit, 3], alpha)
-        depth = front if alpha == 1 else depth
-    return Picture(_downsampled(_outlined(rgba, depth, pixel)), (left, right, bottom, top))
+        if solid.opacity == 1:
+            rgba[hit, :3], rgba[hit, 3], depth = colour, 1, front
+        else:
+            _lay_over(rgba, hit, colour, solid.opacity)
+    rgba[_specks(rgba[..., 3] > 0)] = 0
+    _draw_outlines(rgba, depth, pixel)
+    return Picture(_downsampled(rgba), (left, right, bottom, top))
+
+
+def _lay_over(rgba: np.ndarray, hit: np.ndarray, colour: np.ndarray, opacity: float) -> None:
+    """Colours (k, 3) that can be seen through over the samples that are hit (rows, columns)."""
+    below = np.where(rgba[hit, 3:], rgba[hit, :3], 1.0)
+    rgba[hit, :3] = opacity * colour + (1 - opacity) * below
+    rgba[hit, 3] = np.maximum(rgba[hit, 3], opacity)
 
 
 def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -152,6 +165,14 @@ def _light(n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return diffuse, SPECULAR * np.clip(n @ half / np.linalg.norm(half), 0, 1) ** SHININESS
 
 
+def _specks(seen: np.ndarray) -> np.ndarray:
+    """Samples of pieces that are next to nothing: a rim that is seen edge on leaves such slivers."""
+    pieces, _ = label(seen, np.ones((3, 3)))
+    size = np.bincount(pieces.ravel())
+    size[0] = 0
+    return seen & (size[pieces] < SPECK * size.max())
+
+
 def _between_parts(triangle: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Samples (rows, columns) whose right or lower neighbour is seen on another part."""
     part = np.where(triangle >= 0, parts[triangle], -1)
@@ -161,7 +182,7 @@ def _between_parts(triangle: np.ndarray, parts: np.ndarray) -> np.ndarray:
     return edge
 
 
-def _outlined(rgba: np.ndarray, depth: np.ndarray, pixel: float) -> np.ndarray:
+def _draw_outlines(rgba: np.ndarray, depth: np.ndarray, pixel: float) -> None:
     """Darken where the depth jumps by more than 3 mm: silhouettes against what is behind."""
     solid = np.where(np.isfinite(depth), depth, -1e6)
     jump = np.zeros(depth.shape, bool)
@@ -169,17 +190,14 @@ def _outlined(rgba: np.ndarray, depth: np.ndarray, pixel: float) -> np.ndarray:
         step = np.abs(np.diff(solid, axis=axis)) > 3 + 4 * pixel
         pad = [(0, 1) if a == axis else (0, 0) for a in (0, 1)]
         jump |= np.pad(step, pad)
-    outlined = rgba.copy()
-    outlined[jump & (rgba[..., 3] > 0), :3] *= 0.45
-    return outlined
+    rgba[jump & (rgba[..., 3] > 0), :3] *= 0.45
 
 
 def _downsampled(rgba: np.ndarray) -> np.ndarray:
     """Means over SUPERSAMPLING x SUPERSAMPLING samples, colours weighted by opacity."""
     s = SUPERSAMPLING
-    rows, columns = rgba.shape[0] // s, rgba.shape[1] // s
-    weighted = np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=2)
-    mean = weighted.reshape(rows, s, columns, s, 4).mean(axis=(1, 3))
+    rgba[..., :3] *= rgba[..., 3:]
+    mean: np.ndarray = sum(rgba[i::s, j::s] for i in range(s) for j in range(s)) / np.float32(s * s)
     mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9)
     return np.clip(mean, 0, 1)
 

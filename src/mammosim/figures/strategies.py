@@ -109,8 +109,8 @@ def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
     for row, name in zip(axes, names):
         for ax in row:
             ax.set_title(name)
-    _label_curves(axes)
     _draw_marks(axes, marks or practice())
+    _label_curves(axes)
     handles = [Line2D([], [], marker="o", ms=4, color=each, label=name) for name, each in colour.items()]
     add_legend(figure, [*some(handles, coloured[1]), *line_handles(lined, what)])
     return figure
@@ -159,7 +159,7 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     maps: strategy -> rows of chain.plates.thickness_map, none where it failed. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
-    figure, axes = panels(len(maps), 1.7, extra=0.2, sharex=True, sharey=True)
+    figure, axes = panels(len(maps), 1.6, extra=0.5, sharex=True, sharey=True)
     medians = [rows.thickness_mm.median() for rows in maps.values() if len(rows)]
     scale = Normalize(0.6 * min(medians), 1.25 * max(medians))
     for ax, (name, rows) in zip(axes, maps.items()):
@@ -168,8 +168,8 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
         else:
             _draw_map(ax, rows, scale)
             ax.set_title(f"{name}, median {rows.thickness_mm.median():.1f} mm")
-    for ax in axes[::COLUMNS]:
-        ax.set_ylabel("from the chest edge (mm)")
+    figure.supxlabel("across (mm)", fontsize=9)
+    figure.supylabel("from the chest edge (mm)", fontsize=9)
     shown = ScalarMappable(scale, SEQUENTIAL)
     figure.colorbar(shown, ax=axes, shrink=0.75, extend="both", label="thickness (mm)")
     return figure
@@ -193,8 +193,6 @@ def _draw_map(ax: Axes, rows: pd.DataFrame, scale: Normalize) -> None:
     levels = np.arange(0.0, scale.vmax or 0.0, 5.0)
     ax.contour(*place, levels=levels, colors="white", linewidths=0.4)
     picture_axes(ax)
-    ax.set_xlabel("across (mm)")
-    ax.tick_params(labelbottom=True)
 
 
 def _say_failed(ax: Axes, name: str) -> None:
@@ -228,7 +226,7 @@ def discomfort(pressed: Mapping[str, Strained], *, centre: np.ndarray) -> Figure
             ax.set_title(name)
     for column, (label, (_, scale, palette)) in zip(axes.T, scales.items()):
         bar = figure.colorbar(
-            ScalarMappable(scale, palette), ax=column, location="top", aspect=25, label=label
+            ScalarMappable(scale, palette), ax=column, location="top", aspect=22, shrink=0.85, label=label
         )
         bar.outline.set_visible(False)
     return figure

@@ -112,7 +112,7 @@ def picture_axes(ax: Axes) -> None:
     ax.tick_params(length=2, color=QUIET)
 
 
-BAR_ROOM_MM = 20.0  # of a body
+BAR_ROOM_MM = 25.0  # of a body
 
 
 def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK, room_mm: float = 0.0) -> None:

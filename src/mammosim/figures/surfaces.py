@@ -1,6 +1,6 @@
 """Pictures of meshes: the skin, tissues on a cut, and outlines of the skin in a plane."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -39,7 +39,7 @@ def left_breast(fiducials: Fiducials, mesh: TetMesh) -> np.ndarray:
 
 
 TICKS_MM = 50.0  # of outlines
-SCRAP_MM = 30.0  # of an outline: shorter pieces are no part of it
+SCRAP_MM = 30.0  # of an outline: what reaches less far is no part of it
 
 
 @styled
@@ -87,7 +87,7 @@ def outline(points: np.ndarray, triangles: np.ndarray, axis: int, at_mm: float) 
 
 
 def pieces(segments: np.ndarray, *, shortest_mm: float = SCRAP_MM) -> list[np.ndarray]:
-    """Segments (n, 2, 3) joined to lines, each (k, 3); those shorter than shortest_mm are left out.
+    """Segments (n, 2, 3) joined to lines, each (k, 3), but for those that reach less far than shortest_mm.
 
     A plane that grazes a fold or the rim of the skin cuts scraps from it, which are no outline.
     """
@@ -102,7 +102,7 @@ def pieces(segments: np.ndarray, *, shortest_mm: float = SCRAP_MM) -> list[np.nd
     for start in sorted(range(len(places)), key=lambda place: len(links[place]) != 1):
         path = _walk(start, links, ends, used)
         line = places[path]
-        if np.linalg.norm(np.diff(line, axis=0), axis=1).sum() >= shortest_mm:
+        if np.linalg.norm(np.ptp(line, axis=0)) >= shortest_mm:
             lines.append(line)
     return lines
 
@@ -119,12 +119,18 @@ def _walk(start: int, links: list[list[int]], ends: np.ndarray, used: np.ndarray
         path.append(int(b if a == path[-1] else a))
 
 
+def colours_of_shapes(names: Iterable[str]) -> dict[str, str]:
+    """Colours of outlines: the truth in black, and of many the measured one in grey."""
+    shown = list(names)
+    own = {name: QUIET for name in shown if name.startswith("measured")} if len(shown) > MOST else {}
+    own["truth"] = INK
+    return colours(name for name in shown if name not in own) | own
+
+
 def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: float) -> None:
     """The skin of each shape in one plane, the first ones broader, so that all show where they coincide."""
     cut, across, along = PLANES[plane]
-    own = {name: QUIET for name in shapes if name.startswith("measured")} if len(shapes) > MOST else {}
-    own["truth"] = INK
-    colour = colours(name for name in shapes if name not in own) | own
+    colour = colours_of_shapes(shapes)
     for number, (name, mesh) in enumerate(shapes.items()):
         segments = outline(mesh.points, boundary_triangles(mesh.boundaries["skin"]), 2 - cut, at_mm)
         lines = LineCollection(

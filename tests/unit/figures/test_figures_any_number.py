@@ -429,7 +429,7 @@ def test_strain_and_pressure_of_any_number_of_strategies(n, monkeypatch):
     cells, faces = len(SKIN.cells), len(SKIN.boundaries["skin"])
     strained = strategies.Strained(SKIN, np.ones(cells), np.ones(cells), np.ones(faces))
     figure = strategies.discomfort(dict.fromkeys(names(n), strained), centre=np.array([75.0, -60.0, 0.0]))
-    assert sum(title(ax) in names(n) for ax in figure.axes) == n
+    assert [title(ax) for ax in figure.axes if ax.images][::3] == names(n)
     assert sum(len(ax.images) for ax in figure.axes) == 3 * n
 
 

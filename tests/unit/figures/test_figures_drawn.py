@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from mammosim.core.labels import Label
@@ -188,6 +189,14 @@ def test_a_mammogram_hangs_with_the_chest_wall_at_the_side_of_the_breast_and_lat
     row, column = np.argwhere(shown == shown.max()).mean(axis=0) + 0.5
     drawn = left + (right - left) * column / shown.shape[1], bottom * row / shown.shape[0]
     assert ax.patches[0].center == pytest.approx(drawn, abs=0.6)  # half a pixel
+
+
+def test_a_skin_has_the_same_colour_as_an_outline_and_as_a_bar(torso):
+    shapes = {"measured, prone": torso.mesh, "without skin": torso.flat, "skin 10 kPa": torso.flat}
+    rows = pd.DataFrame({"skin_kpa": [0.0, 10.0], "max_displacement_mm": [20.0, 15.0]})
+    outlines, bars = deformation.upright(shapes, rows, x_mm=75.0).axes
+    lines = [to_hex(line.get_colors()[0]) for line in outlines.collections]
+    assert [to_hex(bar.get_facecolor()) for bar in bars.patches] == lines[1:]
 
 
 def test_labels_of_every_tissue_have_a_colour_in_the_phantom(torso):
