@@ -21,6 +21,7 @@ def test_every_figure_shows_something(results):
         pixels = matplotlib.image.imread(figure)
         ink = (pixels[..., :3] < 0.9).any(axis=-1).mean()
         assert 0.001 < ink < 0.95, figure.name
+        assert figure.with_suffix(".pdf").read_bytes().endswith(b"%%EOF\n"), figure.name
 
 
 def test_no_image_holds_anything_but_numbers(results):

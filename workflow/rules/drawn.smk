@@ -1,3 +1,4 @@
+# Every figure is a PNG for the pages and, from the same drawing, a PDF at print size beside it.
 # Figures, by table: of one or two tables of the study, which a function of mammosim.figures draws (DRAWN), and of other
 # files, which a function of workflow/scripts/drawn reads and draws (PICTURED).
 ANSWERS = [(v, side) for v in able("pressed") for side in COMPRESSION["sides"]]
@@ -53,6 +54,7 @@ rule figure:
         tables=lambda wildcards: [f"results/study/{name}.csv" for name in DRAWN[wildcards.figure][1]],
     output:
         "results/study/figures/{figure}.png",
+        "results/study/figures/{figure}.pdf",
     params:
         function=lambda wildcards: DRAWN[wildcards.figure][0],
         told=lambda wildcards: FIGURE_OPTIONS.get(wildcards.figure, {}),
@@ -225,6 +227,7 @@ for figure, (function, shown) in PICTURED.items():
             **shown,
         output:
             f"results/study/figures/{figure}.png",
+            f"results/study/figures/{figure}.pdf",
         params:
             **MORE_OPTIONS.get(figure, {}),
             function=function,

@@ -114,6 +114,7 @@ rule report:
     output:
         page="results/study/report.html",
         cost="results/study/figures/cost.png",
+        cost_print="results/study/figures/cost.pdf",
     params:
         volunteers=WOMEN,
         lacking=[*(what for what in allowed.REPORTED if not able(what)), *(["truth"] if not DIGITAL_WOMEN else [])],

@@ -51,6 +51,8 @@ def settings(snakemake) -> dict[str, Any]:
 
 def write_in_place(path: str, reason: str, job: dict[str, str]) -> None:
     """The reason in the place of one output."""
+    if Path(path).suffix == ".pdf":
+        return  # beside its PNG
     if Path(path).suffix == ".png":
         # By name: a job that makes no picture does not depend on what draws and writes them.
         notice = import_module("mammosim.figures.status").notice

@@ -8,16 +8,27 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.figures.series import panels
-from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SERIES, VERMILION, WIDTH, new_figure, styled
+from mammosim.figures.style import (
+    BLUE,
+    INK,
+    ORANGE,
+    QUIET,
+    SERIES,
+    SMALLEST,
+    VERMILION,
+    WIDTH,
+    new_figure,
+    styled,
+)
 from mammosim.study.accuracy.errors import on_front
 from mammosim.study.accuracy.trial import CHAIN
 
-COLUMNS = 3
 NOTHING = 0.3  # of the smallest error above zero: where an error of zero is drawn
 LEAST_SPAN = 2.0  # of the time axis to either side: less would be all noise of timing
 UNITS = {"mm": "mm", "n": "N", "kpa": "kPa", "percent": "%"}
 SHOWN = 4  # parameters with a colour of their own in a budget
 ORDERS_SHOWN = (-7.0, 9.0)
+LETTERS = 4.9  # of a name, in an inch of the page
 SMALL_SHARE = 8.0  # percent; parts below bear no name
 
 
@@ -30,17 +41,15 @@ def accuracy(table: pd.DataFrame, quantity: str) -> Figure:
     """
     rows = table[(table["quantity"] == quantity) & table.error.notna()]
     parameters = list(dict.fromkeys(rows.parameter))
-    figure, axes = panels(max(len(parameters), COLUMNS), 1.9, extra=0.9, columns=COLUMNS)
+    figure, axes = panels(len(parameters), 1.9, extra=0.9)
     for ax, parameter in zip(axes, parameters):
         _curve(ax, rows[rows.parameter == parameter].reset_index(drop=True))
-        ax.set_title(parameter.replace("_", " "), fontsize=8.5)
-    for ax in axes[len(parameters) :]:
-        ax.set_axis_off()
+        ax.set_title(parameter.replace("_", " "))
     figure.supxlabel("processor time of what the setting touches (s)", fontsize=9)
     figure.supylabel(
         f"error of {quantity.rpartition('_')[0].replace('_', ' ')} ({unit_of(quantity)})", fontsize=9
     )
-    figure.legend(handles=_legend(), ncols=5, loc="outside upper center")
+    figure.legend(handles=_legend(), ncols=3, loc="outside upper center")
     return figure
 
 
@@ -115,7 +124,7 @@ def orders(table: pd.DataFrame) -> Figure:
         ax.axvline(0, color=INK, lw=0.8)
         ax.grid(False, axis="y")
     names = [f"{row.parameter.replace('_', ' ')}: {row.quantity}" for row in table.itertuples()]
-    left.set_yticks(place, names, fontsize=7)
+    left.set_yticks(place, names)
     left.set(title="order of convergence", xlabel="p of error ~ size$^p$")
     right.set(title="exponent of cost", xlabel="q of seconds ~ size$^{-q}$")
     left.set_xlim(*ORDERS_SHOWN)
@@ -159,7 +168,7 @@ def budget(table: pd.DataFrame) -> Figure:
     for place, quantity in enumerate(quantities):
         rows = table[table["quantity"] == quantity]
         _stack(ax, place, rows)
-        words.text(0, place, _words(rows), va="center", fontsize=7.5)
+        words.text(0, place, _words(rows), va="center", fontsize=SMALLEST)
     ax.set_yticks(range(len(quantities)), [name.replace("_", " ") for name in quantities])
     ax.set(xlim=(0, 100), xlabel="share of the squared error (%)", title="where the error comes from")
     ax.grid(False, axis="y")
@@ -177,7 +186,7 @@ def _stack(ax: Axes, place: int, rows: pd.DataFrame) -> None:
         ax.barh(place, row.share_percent, left=start, color=colour, height=0.55, edgecolor="white", lw=0.6)
         if row.share_percent >= SMALL_SHARE:
             name = row.parameter.replace("_", " ")
-            room = int(row.share_percent / 100 * WIDTH * 6.2)
+            room = int(row.share_percent / 100 * WIDTH * LETTERS)
             name = name if len(name) <= room else f"{name[: max(room - 1, 1)]}…"
             ax.text(
                 start + row.share_percent / 2,
@@ -185,7 +194,7 @@ def _stack(ax: Axes, place: int, rows: pd.DataFrame) -> None:
                 name,
                 ha="center",
                 va="center",
-                fontsize=6.5,
+                fontsize=SMALLEST,
                 color="white",
             )
         start += row.share_percent

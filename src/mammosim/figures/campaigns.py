@@ -12,6 +12,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from mammosim.figures.series import COLUMNS
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SEQUENTIAL, WIDTH, new_figure, styled
 from mammosim.study.campaigns.axes import LOG
 from mammosim.study.campaigns.campaign import Campaign
@@ -22,6 +23,7 @@ INTERVAL = (0.1, 0.9)  # quantiles between which 80 % of the points lie
 FACETS = 9  # panels at most: what is more is a mean over the last names
 PAIRS = 6
 BINS = 12  # of a setting that a design samples
+DENSE = 2000  # points from which they are pixels in a vector file
 TICKS = 12  # names along an axis; of more every second, third...
 CONFIDENCE = 1.96  # standard errors of a 95 % interval
 SHORT = 34  # letters of a label
@@ -53,14 +55,14 @@ def is_log(campaign: Campaign, key: str) -> bool:
 def against(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure:
     """One answer against each setting: every point, and the middle and 80 % of the points at each value."""
     keys = varied(campaign, table)
-    across = min(3, len(keys))
+    across = min(COLUMNS, len(keys))
     down = -(-len(keys) // across)
     figure = new_figure(2.3 * down, width=WIDTH if across > 1 else 0.6 * WIDTH)
     panels = figure.subplots(down, across, squeeze=False, sharey=True).ravel()
     for ax, key in zip(panels, keys):
         _against(ax, campaign, table, key, name)
     for ax in panels[len(keys) :]:
-        ax.set_visible(False)
+        ax.remove()
     for ax in panels[::across]:
         ax.set_ylabel(heading(name))
     return figure
@@ -72,7 +74,13 @@ def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: 
     place = table[key] if numeric else table[key].astype(str).map({n: i for i, n in enumerate(names)})
     there = table[name].notna()
     ax.plot(
-        place[there], table[name][there], ".", color=QUIET, ms=2.5, alpha=max(0.05, min(0.6, 60 / len(table)))
+        place[there],
+        table[name][there],
+        ".",
+        color=QUIET,
+        ms=2.5,
+        alpha=max(0.05, min(0.6, 60 / len(table))),
+        rasterized=len(table) > DENSE,
     )
     grouped = table[name][there].groupby(_binned(place[there]) if numeric else place[there])
     low, middle, high = (grouped.quantile(q) for q in (INTERVAL[0], 0.5, INTERVAL[1]))
@@ -82,7 +90,7 @@ def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: 
     else:
         ax.errorbar(middle.index, middle, yerr=[middle - low, high - middle], fmt="o", color=BLUE, capsize=3)
         step = -(-len(names) // TICKS)
-        ax.set_xticks(range(0, len(names), step), names[::step], rotation=30, ha="right", fontsize=7)
+        ax.set_xticks(range(0, len(names), step), names[::step], rotation=30, ha="right")
         ax.set_xlim(-0.6, len(names) - 0.4)
     if numeric:
         gaps = table[table[name].isna()][key].unique()
@@ -121,23 +129,25 @@ def lines(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
         return None
     x, *colours = numeric
     panels = list(_facets(table, [key for key in keys if key not in numeric]))
-    across = min(3, len(panels))
+    across = min(COLUMNS, len(panels))
     down = -(-len(panels) // across)
     figure = new_figure(2.5 * down, width=WIDTH if across > 1 or colours else 0.7 * WIDTH)
     axes = figure.subplots(down, across, squeeze=False, sharey=True, sharex=True).ravel()
     norm = _norm(campaign, table, colours[0]) if colours else None
     for ax, (title, rows) in zip(axes, panels):
         _lines(ax, rows, x, name, colours[0] if colours else "", norm)
-        ax.set_title(title, fontsize=8)
+        ax.set_title(title)
         ax.set_xlabel(label(x))
         if is_log(campaign, x):
             _log_ticks(ax.set_xscale, ax.xaxis)
     for ax in axes[len(panels) :]:
-        ax.set_visible(False)
+        ax.remove()
     for ax in axes[::across]:
         ax.set_ylabel(heading(name))
     if norm is not None:
-        figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=list(axes), label=label(colours[0]))
+        figure.colorbar(
+            ScalarMappable(norm, SEQUENTIAL), ax=list(axes[: len(panels)]), label=label(colours[0])
+        )
     return figure
 
 
@@ -181,7 +191,7 @@ def pairs(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
     shown = list(combinations(sorted(keys, key=lambda k: -table[k].nunique()), 2))[:PAIRS]
     if not shown:
         return None
-    across = min(3, len(shown))
+    across = min(COLUMNS, len(shown))
     down = -(-len(shown) // across)
     figure = new_figure(2.5 * down, width=WIDTH if across > 1 else 0.65 * WIDTH)
     axes = figure.subplots(down, across, squeeze=False).ravel()
@@ -193,8 +203,8 @@ def pairs(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
         ax.set(xlabel=label(one), ylabel=label(other))
         ax.grid(False)
     for ax in axes[len(shown) :]:
-        ax.set_visible(False)
-    figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=list(axes), label=heading(name))
+        ax.remove()
+    figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=list(axes[: len(shown)]), label=heading(name))
     return figure
 
 
@@ -209,13 +219,22 @@ def _map(
     for values, ticks in ((order[one], ax.set_xticks), (order[other], ax.set_yticks)):
         step = -(-len(values) // 6)
         words = [f"{v:.3g}" if isinstance(v, (int, float)) else str(v) for v in values[::step]]
-        ticks(range(0, len(values), step), words, fontsize=7)
+        ticks(range(0, len(values), step), words)
 
 
 def _scattered(
     ax: Axes, campaign: Campaign, table: pd.DataFrame, one: str, other: str, name: str, norm: Normalize
 ) -> None:
-    ax.scatter(table[one], table[other], c=table[name], norm=norm, cmap=SEQUENTIAL, s=9, lw=0)
+    ax.scatter(
+        table[one],
+        table[other],
+        c=table[name],
+        norm=norm,
+        cmap=SEQUENTIAL,
+        s=9,
+        lw=0,
+        rasterized=len(table) > DENSE,
+    )
     for key, scale, axis in ((one, ax.set_xscale, ax.xaxis), (other, ax.set_yscale, ax.yaxis)):
         if is_log(campaign, key):
             _log_ticks(scale, axis)
@@ -238,11 +257,11 @@ def explained(shares: pd.DataFrame) -> Figure:
             ax.errorbar(
                 rows.share, place, xerr=[rows.share - rows.low, rows.high - rows.share], fmt="none", color=INK
             )
-            ax.legend(fontsize=7, loc="lower right")
+            ax.legend(loc="lower right")
         words = [" x ".join(label(key) for key in setting.split(" x ")) for setting in rows.setting]
-        ax.set_yticks(place, words, fontsize=7)
+        ax.set_yticks(place, words)
         ax.invert_yaxis()
         ax.grid(False, axis="y")
-        ax.set_title(heading(name), fontsize=8)
+        ax.set_title(heading(name))
     panels[-1].set_xlabel("share of the variance")
     return figure

@@ -10,9 +10,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from mammosim.core.mesh import TetMesh
+from mammosim.figures.bodies import box_solid, coloured_skin, cut_solids, skin_solid
 from mammosim.figures.render import Camera, Solid, render
-from mammosim.figures.style import SEQUENTIAL, new_figure, scale_bar, styled
-from mammosim.figures.surfaces import box_solid, coloured_skin, cut_solid, skin_solid
+from mammosim.figures.style import BAR_ROOM_MM, SEQUENTIAL, new_figure, scale_bar, styled
 
 OBLIQUE, ABOVE = Camera.at(48, 20), Camera.at(0, 89.9)
 
@@ -44,7 +44,7 @@ def compressed_breast(
     """Before and after compression, the largest strain on a cut through the breast, the pressure on the skin.
 
     mesh: without load; strain (n_cell,): largest principal Green-Lagrange strain; pressure (n_face,) kPa on
-    the faces of the skin; cut_x_mm: elements at a larger x are taken away.
+    the faces of the skin; cut_x_mm: what lies at a larger x is cut away.
     """
     figure = new_figure(5.6)
     axes = figure.subplots(2, 2)
@@ -64,11 +64,10 @@ def draw_between_plates(ax: Axes, solids: tuple[Solid, ...], plates: tuple[Plate
 
 
 def draw_strain(ax: Axes, mesh: TetMesh, strain: np.ndarray, cut_x_mm: float) -> None:
-    """The largest principal strain of the elements on one side of a cut."""
+    """The largest principal strain of the elements, where a plane cuts them."""
     scale = Normalize(0, float(np.percentile(strain, 99)) or 1.0)
-    kept = mesh.points[mesh.cells[:, :4]].mean(axis=1)[:, 0] <= cut_x_mm
     rgb = colormaps[SEQUENTIAL](scale(strain))[:, :3]
-    render((cut_solid(mesh, kept, rgb),), Camera.at(62, 14)).show(ax)
+    render(cut_solids(mesh, cut_x_mm, rgb), Camera.at(62, 14)).show(ax)
     scale_bar(ax)
     ax.set_title(f"strain, cut at x = {cut_x_mm:.0f} mm")
     _add_bar(ax, scale, SEQUENTIAL, "largest principal strain (-)")
@@ -80,7 +79,7 @@ def draw_pressure(ax: Axes, mesh: TetMesh, pressure: np.ndarray) -> None:
     rgb = colormaps["plasma"](scale(pressure))[:, :3]
     rgb[pressure <= 0] = (0.88, 0.86, 0.84)
     render((coloured_skin(mesh, rgb),), ABOVE).show(ax)
-    scale_bar(ax)
+    scale_bar(ax, room_mm=BAR_ROOM_MM)
     ax.set_title("pressure of the upper plate")
     _add_bar(ax, scale, "plasma", "contact pressure (kPa)")
 

@@ -5,15 +5,18 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter
-from matplotlib.tri import Triangulation
 
 from mammosim.chain.outcome import CONVERGED
 from mammosim.core.mesh import TetMesh
+from mammosim.figures.bodies import coloured_skin
+from mammosim.figures.render import Camera, render
 from mammosim.figures.series import (
     MOST,
     add_legend,
@@ -23,15 +26,18 @@ from mammosim.figures.series import (
     some,
 )
 from mammosim.figures.style import (
+    BAR_ROOM_MM,
     BLUE,
     QUIET,
     SEQUENTIAL,
+    SMALLEST,
     VERMILION,
     new_figure,
-    picture_axes,
+    scale_bar,
     styled,
 )
-from mammosim.figures.surfaces import boundary_triangles, draw_outlines
+from mammosim.figures.surfaces import colours_of_shapes, draw_outlines
+from mammosim.figures.ticks import plain_log
 
 SIDES: Mapping[str, tuple[str, Literal["full", "none"]]] = {"left": ("o", "full"), "right": ("s", "none")}
 BEFORE: dict[str, Any] = {"color": QUIET, "lw": 0.9, "ls": (0, (4, 3))}
@@ -56,7 +62,7 @@ def sweep(table: pd.DataFrame) -> Figure:
             error.axhline(rows[f"supine_{side}_mm"].iloc[0], **BEFORE | {"color": colour[name]})
         way.plot(rows.youngs_modulus_kpa, rows.max_displacement_mm, color=colour[name], marker=marker[name])
     error.plot([], [], label="before modelling", **BEFORE)
-    error.set(ylabel="predicted to measured nipple (mm)", title="nipple error")
+    error.set(ylabel="distance (mm)", title="predicted to measured nipple")
     way.set(ylabel="largest displacement (mm)", title="supine to prone")
     for ax in (error, way):
         _draw_modulus_axis(ax, table.youngs_modulus_kpa)
@@ -111,7 +117,8 @@ def _draw_unsolved(ax: Axes, unsolved: pd.DataFrame, colour: Mapping[str, str]) 
 def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) -> Figure:
     """One volunteer upright with skins of several moduli, in the plane x_mm (figure 1.15 of Mira 2018).
 
-    shapes: name -> loaded mesh; table: rows of study.sweep.upright_row of this volunteer.
+    shapes: name -> loaded mesh, at the end those of the rows, by modulus; table: rows of
+    study.sweep.upright_row of this volunteer.
     """
     figure = new_figure(3.6)
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.15))
@@ -119,10 +126,13 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
     left.set_title(f"skin, x = {x_mm:.0f} mm")
     add_legend(figure, some(labelled(left), "skins"))
     rows = table.sort_values("skin_kpa")
-    names = ["none" if E == 0 else f"{E:g} kPa" for E in rows.skin_kpa]
-    bars = right.bar(
-        range(len(rows)), rows.max_displacement_mm, color=list(colours(names).values()), width=0.62
-    )
+    names = [
+        ("none" if E == 0 else f"{E:g} kPa") + ("" if np.isfinite(d) else "\nno equi-\nlibrium")
+        for E, d in zip(rows.skin_kpa, rows.max_displacement_mm)
+    ]
+    # Each skin has the colour of its outline.
+    colour = [colours_of_shapes(shapes)[name] for name in list(shapes)[-len(rows) :]]
+    bars = right.bar(range(len(rows)), rows.max_displacement_mm, color=colour, width=0.62)
     right.set_xticks(range(len(rows)), names)
     bare = rows.max_displacement_mm[rows.skin_kpa == 0].dropna()
     labels = [
@@ -130,9 +140,12 @@ def upright(shapes: Mapping[str, TetMesh], table: pd.DataFrame, *, x_mm: float) 
         for E, d in zip(rows.skin_kpa, rows.max_displacement_mm)
     ]
     if len(rows) <= MOST:
-        right.bar_label(bars, labels, padding=2, fontsize=8)
+        right.bar_label(bars, labels, padding=2, fontsize=SMALLEST)
     right.margins(y=0.18)
-    right.set(xlabel="Young's modulus of the skin", ylabel="largest displacement, prone to upright (mm)")
+    right.set_xlim(-0.6, len(rows) - 0.4)
+    right.set(
+        xlabel="Young's modulus of the skin", ylabel="largest displacement (mm)", title="prone to upright"
+    )
     right.grid(False, axis="x")
     return figure
 
@@ -162,8 +175,8 @@ def morph(
     shapes: name -> mesh, of which one is `morphed`; distance_mm (n_node,) of the skin of that one; history:
     rows of chain.morph.MorphStep; x_mm, z_mm: the sagittal and the axial plane.
     """
-    figure = new_figure(6.0)
-    (sagittal, axial), (front, regular) = figure.subplots(2, 2, width_ratios=(1, 1.35))
+    figure = new_figure(5.6)
+    (axial, sagittal), (front, regular) = figure.subplots(2, 2, width_ratios=(1.15, 1))
     draw_outlines(sagittal, shapes, "sagittal", x_mm)
     draw_outlines(axial, shapes, "axial", z_mm)
     sagittal.set_title(f"sagittal, x = {x_mm:.0f} mm")
@@ -175,19 +188,16 @@ def morph(
 
 
 def _draw_distance(figure: Figure, ax: Axes, body: TetMesh, distance_mm: np.ndarray) -> None:
-    """The distance as colour on the skin that is seen from the front."""
-    triangles = boundary_triangles(body.boundaries["skin"])
-    a, b, c = (body.points[triangles[:, i]] for i in range(3))
-    seen = triangles[np.cross(b - a, c - a)[:, 1] < 0]
-    x, _, z = body.points.T
-    surface = Triangulation(x, z, seen)
-    colours = ax.tripcolor(surface, distance_mm, shading="gouraud", cmap=SEQUENTIAL, vmin=0, vmax=2)
-    bar = figure.colorbar(colours, ax=ax, shrink=0.55, pad=0.02, extend="max")
+    """The distance as colour on the skin, seen from the front."""
+    scale = Normalize(0, float(np.nanpercentile(distance_mm, 99)) or 1.0)
+    faces = body.boundaries["skin"]
+    rgb = colormaps[SEQUENTIAL](scale(distance_mm[faces].mean(axis=1)))[:, :3]
+    render((coloured_skin(body, rgb),), Camera.at(0, 0)).show(ax)
+    bar = figure.colorbar(ScalarMappable(scale, SEQUENTIAL), ax=ax, shrink=0.9, extend="max")
     bar.set_label("distance (mm)")
-    picture_axes(ax)
-    ax.set(
-        title="remaining distance, from the front", xlabel="x to the left (mm)", ylabel="z to superior (mm)"
-    )
+    bar.outline.set_visible(False)
+    scale_bar(ax, room_mm=BAR_ROOM_MM)
+    ax.set_title("remaining distance")
 
 
 def _draw_regularity(ax: Axes, history: pd.DataFrame) -> None:
@@ -196,10 +206,11 @@ def _draw_regularity(ax: Axes, history: pd.DataFrame) -> None:
     s = levels.stiffness_kpa_per_mm
     ax.loglog(s, levels.mean_mm, "o-", color=BLUE, label="mean distance")
     ax.loglog(s, levels.p95_mm, "o:", color=BLUE, fillstyle="none", label="95 % of the distances")
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    plain_log(ax.xaxis)
+    plain_log(ax.yaxis)
     ax.axhline(history.mean_mm.iloc[0], color=QUIET, ls="--", lw=1, label="mean before the morph")
     energy = ax.twinx()
-    energy.semilogx(s, levels.energy_uj / 1000, "s-", color=VERMILION, label="strain energy")
+    energy.plot(s, levels.energy_uj / 1000, "s-", color=VERMILION, label="strain energy")
     energy.spines["right"].set_visible(True)
     energy.grid(False)
     energy.set_ylim(bottom=0)
@@ -214,6 +225,6 @@ def _draw_regularity(ax: Axes, history: pd.DataFrame) -> None:
         lines,
         [str(line.get_label()) for line in lines],
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.2),
-        ncols=2,
+        bbox_to_anchor=(0.5, -0.24),
+        ncols=1,
     )

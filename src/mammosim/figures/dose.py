@@ -8,10 +8,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mammosim.figures.series import MOST, add_legend, colours, labelled, markers, numbered, panels, some
-from mammosim.figures.style import INK, QUIET, SERIES, new_figure, styled
+from mammosim.figures.series import (
+    COLUMNS,
+    MOST,
+    add_legend,
+    colours,
+    labelled,
+    markers,
+    numbered,
+    panels,
+    some,
+)
+from mammosim.figures.style import INK, QUIET, new_figure, styled
 
-BEAM_ROW = 0.15  # inches of a beam among many
+BEAM_ROW = 0.19  # inches of a beam among many
 
 
 @styled
@@ -21,25 +31,28 @@ def spectra(table: pd.DataFrame, quality: pd.DataFrame) -> Figure:
     table: energy_kev, photons_per_mm2_mas, beam; quality: rows of xray.quality.quality_table of these beams.
     """
     names = list(quality.beam)
-    figure = new_figure(max(3.0, 0.7 + BEAM_ROW * len(names)))
-    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    height = max(2.0, BEAM_ROW * len(names))
+    figure = new_figure(3.7 + height)
+    left, right = figure.subplots(2, 1, height_ratios=(2.6, height))
     colour = colours(names[1:])
     for number, name in reversed(list(enumerate(names))):
         rows = table[table.beam == name]
         share = rows.photons_per_mm2_mas / rows.photons_per_mm2_mas.sum()
         hue, width = (INK, 2.0) if number == 0 else (colour[name], 1.0)
         left.plot(rows.energy_kev, share, color=hue, lw=width, label=name)
-    left.set(xlabel="energy (keV)", ylabel="share of the photons")
+    left.set(xlabel="energy (keV)", ylabel="share of the photons (-)")
     left.set_ylim(bottom=0)
-    left.legend(handles=some(labelled(left)[::-1], "beams"), fontsize=7)
+    left.margins(x=0.01)
+    left.set_title("beams in vacuum")
     places = range(len(names))
     right.barh(places, quality.hvl_behind_mm_al, color=QUIET, height=0.6, label="behind the paddle")
-    right.plot(quality.hvl_mm_al, places, "o", color=INK, ms=4, label="before it")
-    right.set_yticks(places, names, fontsize=7)
+    right.plot(quality.hvl_mm_al, places, "o", color=INK, ms=4, label="before the paddle")
+    right.set_yticks(places, names)
     right.invert_yaxis()
     right.set(xlabel="half-value layer (mm Al)")
     right.grid(False, axis="y")
-    right.legend(fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    right.set_title("half-value layers")
+    add_legend(figure, [*some(labelled(left)[::-1], "beams"), *labelled(right)], ncols=3)
     return figure
 
 
@@ -57,16 +70,16 @@ def report195(table: pd.DataFrame) -> Figure:
             rows.index, 2 * rows.gate_percent, bottom=-rows.gate_percent, color=QUIET, alpha=0.3, width=0.8
         )
         error = 3 * 100 * rows.standard_error_ev / rows.reference_ev
-        for within, colour in ((True, SERIES[0]), (False, SERIES[1])):
+        for within, colour in colours((True, False)).items():
             part = rows[rows.within == within]
             ax.errorbar(
                 part.index, part.difference_percent, error[part.index], fmt="o", ms=4, capsize=3, color=colour
             )
         ax.axhline(0, color=QUIET, lw=0.8)
-        ax.set_xticks(rows.index, rows.quantity, rotation=30, ha="right", fontsize=7)
+        ax.set_xticks(rows.index, rows.quantity, rotation=30, ha="right")
         ax.set_title(beam)
         ax.grid(False, axis="x")
-    for ax in axes[::MOST]:
+    for ax in axes[::COLUMNS]:
         ax.set_ylabel("ours less AAPM 195 (%)")
     return figure
 
@@ -89,17 +102,18 @@ def dose_routes(routes: pd.DataFrame, standard: pd.DataFrame) -> Figure:
         left.errorbar(places, rows.agd_mgy_per_mgy, 2 * rows.standard_error, label=label, **looks[number])
     left.set_xlim(-0.6, len(breasts) - 0.4)
     left.set_xticks(np.arange(len(breasts)), breasts)
-    left.set_title("this study's breasts", fontsize=8.5)
+    left.set_title("this study's breasts")
     left.grid(False, axis="x")
     for number, (_, rows) in enumerate(standard.groupby("route", sort=False), start=1):
         error = 2 * rows.standard_error
         right.errorbar(rows.thickness_mm, rows.agd_mgy_per_mgy, error, ls="-", **looks[number])
     right.set(xlabel="thickness (mm)")
-    right.set_title(f"standard breasts, {standard.glandularity_percent.iloc[0]:.0f} % gland", fontsize=8.5)
+    right.set_title(f"standard breasts, {standard.glandularity_percent.iloc[0]:.0f} % gland")
     left.set_ylabel("glandular dose per incident\nair kerma (mGy/mGy)")
     left.set_ylim(bottom=0)
+    right.margins(x=0.12)
     handles = labelled(left)
-    add_legend(figure, handles, ncols=1 if len(handles) <= MOST else 3, fontsize=7.5)
+    add_legend(figure, handles, ncols=1 if len(handles) <= MOST else 3)
     return figure
 
 
@@ -113,10 +127,10 @@ def _looks(number: int) -> list[dict[str, Any]]:
 TRADE_OFF_PANELS = (
     ("dose_mgy", "dose_se_mgy", "glandular dose (mGy),\nMonte Carlo, this breast"),
     ("mas", "", "automatic exposure (mAs)"),
-    ("scatter_to_primary", "", "scatter to primary"),
-    ("cnr_quantum", "", "mass: contrast over\nnoise of a pixel"),
-    ("calcification_cnr", "", "calcifications: contrast\nover noise of a pixel"),
-    ("calcification_d_expected", "", "calcifications: d' of\nan observer"),
+    ("scatter_to_primary", "", "scatter to primary (-)"),
+    ("cnr_quantum", "", "mass: contrast over\nnoise of a pixel (-)"),
+    ("calcification_cnr", "", "calcifications: contrast\nover noise of a pixel (-)"),
+    ("calcification_d_expected", "", "calcifications: d' of\nan observer (-)"),
 )
 
 
@@ -126,8 +140,8 @@ def trade_off(table: pd.DataFrame) -> Figure:
 
     table: rows of study.report.trade_off.trade_off. Bars: one standard error, or 95 %.
     """
-    figure = new_figure(5.2)
-    axes = figure.subplots(2, 3, sharex=True)
+    figure = new_figure(6.6)
+    axes = figure.subplots(3, 2, sharex=True)
     strategies = dict.fromkeys(table.strategy)
     table = table.assign(breast=table.volunteer + " " + table.side).sort_values(
         ["volunteer", "side"], kind="stable"

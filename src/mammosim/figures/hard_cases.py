@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mammosim.figures.style import BLUE, INK, QUIET, VERMILION, new_figure, styled
+from mammosim.figures.style import BLUE, INK, QUIET, SMALLEST, VERMILION, new_figure, styled
 
 # An error of exactly zero has no place on a log axis; this is below rounding of any bound.
 _SMALLEST = 1e-9
@@ -47,7 +47,7 @@ def _draw_errors(ax: Axes, table: pd.DataFrame) -> None:
             beside = ax.get_yaxis_transform()
             ax.plot(1.04, place, marker, transform=beside, markerfacecolor="none", **style)
     ax.axvline(1.0, color=INK, lw=1)
-    ax.set_yticks(np.arange(len(table)), [name.replace("_", " ") for name in table.case], fontsize=7)
+    ax.set_yticks(np.arange(len(table)), [name.replace("_", " ") for name in table.case])
     for label, ok in zip(ax.get_yticklabels(), table.ok):
         label.set_color(INK if ok else VERMILION)
     ax.set(xscale="log", xlabel="error / largest error allowed (-)", title="what happened")
@@ -68,6 +68,6 @@ def _separate_families(ax: Axes, table: pd.DataFrame) -> None:
                 (1.02, (start + end - 1) / 2),
                 xycoords=("axes fraction", "data"),
                 va="center",
-                fontsize=7.5,
+                fontsize=SMALLEST,
                 color=INK,
             )

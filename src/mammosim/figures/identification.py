@@ -17,10 +17,12 @@ from mammosim.figures.style import (
     ORANGE,
     QUIET,
     SEQUENTIAL,
+    SMALLEST,
     VERMILION,
     new_figure,
     styled,
 )
+from mammosim.figures.ticks import plain_log
 
 SIDES = {"left": ("o", BLUE, 0.15), "right": ("s", ORANGE, -0.15)}
 TISSUES = ("muscle", "skin", "glandular", "adipose")  # upward
@@ -55,7 +57,7 @@ def _draw_map(figure: Figure, ax: Axes, grid: pd.DataFrame) -> None:
         for j, value in enumerate(row):
             words = f"{value:.2f}" if np.isfinite(value) else "failed"
             colour = "white" if np.isfinite(value) and value < middle else INK
-            ax.text(j, i, words, ha="center", va="center", color=colour, fontsize=8)
+            ax.text(j, i, words, ha="center", va="center", color=colour, fontsize=SMALLEST)
     ax.set_xticks(range(len(left.columns)), [f"{E:g}" for E in left.columns])
     ax.set_yticks(range(len(left.index)), [f"{E:g}" for E in left.index])
     ax.grid(visible=False)
@@ -68,7 +70,8 @@ def _draw_way(ax: Axes, history: pd.DataFrame) -> None:
     ax.semilogy(history.iteration, history.marker_rms_mm, "s-", color=VERMILION, label="markers")
     ax.set(title="iterations of the fit", xlabel="iteration", ylabel="residual, rms (mm)")
     ax.set_xticks(history.iteration)
-    ax.legend()
+    plain_log(ax.yaxis)
+    ax.legend(loc="upper right")
 
 
 def _draw_moduli(ax: Axes, moduli: pd.DataFrame, prior: Mapping[str, Mapping[str, float]]) -> None:
@@ -84,11 +87,12 @@ def _draw_moduli(ax: Axes, moduli: pd.DataFrame, prior: Mapping[str, Mapping[str
     for side, (marker, colour, _) in SIDES.items():
         ax.plot([], [], marker, color=colour, label=side)
     ax.set_xscale("log")
+    plain_log(ax.xaxis)
     ax.set_yticks(range(len(TISSUES)), TISSUES)
     ax.set(
         title="moduli with 95 % intervals", xlabel="Young's modulus (kPa)", ylim=(-0.6, len(TISSUES) - 0.4)
     )
-    ax.legend(loc="upper right")
+    ax.legend(loc="lower left")
 
 
 TICKS_KPA = np.outer([0.01, 0.1, 1, 10, 100, 1000], [1, 2, 5]).ravel()
@@ -156,8 +160,10 @@ def propagation(table: pd.DataFrame) -> Figure:
     table: volunteer, side and rows of study.identification.propagation; what was measured is a cross.
     """
     lines = table[["volunteer", "side"]].drop_duplicates()
-    figure = new_figure(1.9 + 0.62 * len(lines))
-    nipple, force, dose = figure.subplots(1, 3, width_ratios=(1.7, 1, 1))
+    heights = (0.62 * len(lines) + 0.3, max(0.2 * len(lines), 0.4) + 0.3)
+    figure = new_figure(1.7 + sum(heights))
+    axes = figure.subplot_mosaic([["nipple", "nipple"], ["force", "dose"]], height_ratios=heights)
+    nipple, force, dose = (axes[name] for name in ("nipple", "force", "dose"))
     places = table[table.quantity.isin(NIPPLE)]
     names = places.volunteer + ", " + places.side + ", " + places.quantity.map(NIPPLE)
     _draw_intervals(nipple, places.assign(name=names), about_fit=True)

@@ -6,7 +6,19 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mammosim.figures.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMILION, new_figure, styled
+from mammosim.figures.style import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    QUIET,
+    SKY,
+    SMALLEST,
+    VERMILION,
+    new_figure,
+    styled,
+)
+from mammosim.figures.ticks import plain_log
 from mammosim.io.tabulated import tabulated
 from mammosim.study.identification.published import beside
 
@@ -31,16 +43,18 @@ def moduli(fitted: pd.DataFrame, here: Mapping[str, tuple[float, float]]) -> Fig
     kind = rows.under.where(~rows.source.str.startswith("this study"), FITTED)
     rows = pd.concat([rows.assign(under=kind), used], ignore_index=True)
     order = rows.under.map(list(COLOURS).index)
-    rows = rows.assign(order=order).sort_values(["order", "tissue", "low_kpa"], ignore_index=True)
+    rows = rows.assign(order=order).sort_values(["order", "tissue", "source"], ignore_index=True)
     figure = new_figure(1.2 + 0.22 * len(rows))
     ax = figure.subplots()
     for under, group in rows.groupby("under", sort=False):
         _draw_ranges(ax, group, COLOURS[str(under)], _lowest(rows))
         ax.plot([], [], color=COLOURS[str(under)], lw=5, label=under)
     _remark(ax, rows, "unverified", "from memory")
-    _remark(ax, rows, "not identifiable", "not identifiable")
+    ax.plot([], [], "o", mfc="none", color=COLOURS[FITTED], label="not identifiable")
     ax.set_xscale("log")
-    ax.set_xlim(_lowest(rows), 4 * rows.high_kpa.max())
+    ax.margins(y=0.01)
+    plain_log(ax.xaxis)
+    ax.set_xlim(_lowest(rows), 2 * rows.high_kpa.max())
     ax.set_yticks(rows.index, rows.source + ", " + rows.tissue)
     ax.set_xlabel("Young's modulus (kPa)")
     figure.legend(loc="outside lower center", ncols=3)
@@ -69,7 +83,7 @@ def _draw_ranges(ax: Axes, rows: pd.DataFrame, colour: str, lowest: float) -> No
 def _remark(ax: Axes, rows: pd.DataFrame, status: str, text: str) -> None:
     for place in rows.index[rows.status == status]:
         at = (rows.high_kpa[place], place)
-        ax.annotate(text, at, (9, 0), textcoords="offset points", va="center", fontsize=7, color=QUIET)
+        ax.annotate(text, at, (9, 0), textcoords="offset points", va="center", fontsize=SMALLEST, color=QUIET)
 
 
 @styled
@@ -92,16 +106,17 @@ def gravity_and_compression(fitted: pd.DataFrame, ratios: pd.DataFrame) -> Figur
             fill = "none" if row.status == "not identifiable" else "full"
             ax.vlines(place, row.low_kpa, row.high_kpa, colors=colour, lw=3)
             ax.plot(place, row.middle_kpa, "o", color=colour, fillstyle=fill)
-    for row in ratios.itertuples():
-        text = f"x {row.ratio:.1f}\n({row.ratio_low:.1f} to {row.ratio_high:.1f})"
-        at = (tissues.index(row.tissue) + 0.33, row.compression_kpa)
-        ax.annotate(text, at, (6, 0), textcoords="offset points", va="center", fontsize=8)
+    ratio = {
+        row.tissue: f"\nx {row.ratio:.1f}\n({row.ratio_low:.1f} to {row.ratio_high:.1f})"
+        for row in ratios.itertuples()
+    }
     for label in ("gravity", "compression", FITTED):
         ax.plot([], [], "o", color=COLOURS[label], label=label)
     ax.set_yscale("log")
-    ax.set_xticks(range(len(tissues)), tissues)
-    ax.set_xlim(-0.5, len(tissues) - 0.2)
-    ax.set(ylabel="Young's modulus (kPa)", title="fitted under gravity, and used under compression")
+    plain_log(ax.yaxis)
+    ax.set_xticks(range(len(tissues)), [f"{tissue}{ratio.get(tissue, '')}" for tissue in tissues])
+    ax.set_xlim(-0.5, len(tissues) - 0.5)
+    ax.set_ylabel("Young's modulus (kPa)")
     ax.grid(False, axis="x")
     figure.legend(loc="outside lower center", ncols=3)
     return figure

@@ -29,7 +29,7 @@ def processor_time(table: pd.DataFrame) -> Figure:
         raise MissingResult("no case was solved by two programs; their table says why")
     programs = [name for name in dict.fromkeys(table.program) if name != OURS]
     colour = {OURS: INK, **colours(programs)}
-    figure, axes = panels(len(cases), 2.1, extra=0.7, columns=3, sharex=True, sharey=True)
+    figure, axes = panels(len(cases), 2.1, extra=0.7, sharex=True, sharey=True)
     lines = {}
     for ax, case in zip(axes, cases):
         for name, part in table[table.case == case].groupby("program"):

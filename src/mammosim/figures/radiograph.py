@@ -1,6 +1,7 @@
 """X-rays: the voxels of the compressed breast, the mammogram, and slices of tomosynthesis."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,12 +11,16 @@ from matplotlib.patches import Circle
 
 from mammosim.core.labels import Label
 from mammosim.core.volume import Image, LabelMap
+from mammosim.figures.series import add_legend, labelled
 from mammosim.figures.slices import draw_labels, tissue_legend
-from mammosim.figures.style import ORANGE, SERIES, new_figure, styled
+from mammosim.figures.style import ORANGE, SERIES, SMALLEST, WIDTH, new_figure, scale_bar, styled
 
 # Attenuation, -ln(transmission), above which a pixel is breast: more than the beam falls towards the corners
 # of the field, less than 1 cm of fat.
 IN_BREAST = 0.5
+HUNG_BAR_MM = 20.0
+BAR_ROOM = 0.09  # of the height of a view, below it for the scale bar
+TALL, FACTS = 4.6, 2.6  # inches of a mammogram's height, and of what is told of it
 
 
 @styled
@@ -25,13 +30,13 @@ def phantom_slices(labels: LabelMap) -> Figure:
     here = here if len(here) else np.argwhere(labels.values != Label.AIR)
     x, y, z = labels.grid.points(here.mean(axis=0, keepdims=True))[0]
     nz, ny, nx = labels.grid.shape * labels.grid.spacing[::-1]
-    figure = new_figure(1.1 + 7.0 * (nz + ny) / (nx + ny))
+    figure = new_figure(1.1 + 5.0 * (nz + ny) / (nx + ny))
     axes = figure.subplots(2, 2, width_ratios=(nx, ny), height_ratios=(ny, nz))
     for ax, plane, at in zip(axes.ravel()[[0, 2, 3]], ("axial", "coronal", "sagittal"), (z, y, x)):
         draw_labels(ax, labels, plane, at, opacity=1.0)
         ax.set_title({"axial": "from below", "coronal": "from the front", "sagittal": "from the side"}[plane])
     axes[0, 1].set_axis_off()
-    axes[0, 1].legend(handles=tissue_legend(labels), loc="center", fontsize=8.5)
+    axes[0, 1].legend(handles=tissue_legend(labels), loc="center")
     return figure
 
 
@@ -58,32 +63,61 @@ def mammogram(
     r1 = min(rows.max() + 12, image.shape[0] - 1)
     c0, c1 = max(columns.min() - 12, 0), min(columns.max() + 12, image.shape[1] - 1)
     low, high = np.percentile(shown[breast], (3, 99.7))
-    figure = new_figure(5.0, width=7.0 if row else 4.6)
-    axes = figure.subplots(1, 2 if row else 1, width_ratios=(2.2, 1) if row else None, squeeze=False)[0]
-    crop = shown[: r1 + 1, c0 : c1 + 1].T
-    # As if facing the patient: the chest wall of the right breast is at the right; lateral is above for both.
-    crop = crop if side == "left" else crop[::-1, ::-1]
-    width, height = crop.shape[1] * pixel_mm, crop.shape[0] * pixel_mm
-    ax = axes[0]
-    ax.imshow(
-        crop,
-        cmap="gray",
-        vmin=low * 0.55,
-        vmax=high,
-        extent=(*((0, width) if side == "left" else (width, 0)), height, 0),
-        interpolation="antialiased",
-    )
-    ax.grid(False)
-    ax.set(xlabel="from the chest wall (mm)", ylabel="across (mm)", title=f"{side} breast, craniocaudal")
+    tall = TALL * (r1 + 1) / (c1 - c0 + 1)
+    figure = new_figure(TALL + 0.4, width=tall + (FACTS if row else 0.9))
+    axes = figure.subplots(1, 2 if row else 1, width_ratios=(tall, FACTS) if row else None, squeeze=False)[0]
+    values = shown[: r1 + 1, c0 : c1 + 1].T
+    _hang(axes[0], values, pixel_mm, side, limits=(low * 0.55, high))
     if lesion is not None and lesion.any():
         v, u = np.argwhere(lesion).mean(axis=0) + 0.5
-        x, y = v * pixel_mm, (u - c0) * pixel_mm
-        centre = (x, y if side == "left" else height - y)
         radius = 2.2 * np.sqrt(lesion.sum() / np.pi) * pixel_mm
-        ax.add_patch(Circle(centre, radius, fill=False, color=ORANGE, lw=1.1, ls=(0, (4, 3))))
+        _circle(axes[0], (v * pixel_mm, (u - c0) * pixel_mm), radius, values.shape, pixel_mm, side)
+    axes[0].set_title(f"{side} breast, craniocaudal")
     if row:
         _draw_facts(axes[1], row)
     return figure
+
+
+def _hang(ax: Axes, values: np.ndarray, pixel_mm: float, side: str, *, limits: tuple[float, float]) -> None:
+    """A craniocaudal view as it hangs in the clinic, where both breasts stand with the chest between them.
+
+    values: (across towards the patient's right, from the chest wall). The chest wall of the left breast is at
+    the left, that of the right breast at the right, lateral is above for both. Axes: mm.
+    """
+    hung = values if side == "left" else values[::-1, ::-1]
+    height, width = np.array(hung.shape) * pixel_mm
+    ax.imshow(
+        hung,
+        cmap="gray",
+        vmin=limits[0],
+        vmax=limits[1],
+        extent=(0, width, height, 0),
+        interpolation="antialiased",
+    )
+    ax.grid(False)
+    scale_bar(ax, HUNG_BAR_MM, room_mm=BAR_ROOM * height)
+    outward, inward = (0.97, -0.04) if side == "left" else (0.03, 1.04)
+    # Across in parts of the axes, down in mm.
+    place, ends = ax.get_yaxis_transform(), "right" if side == "left" else "left"
+    words: dict[str, Any] = {"color": "white", "transform": place, "fontsize": SMALLEST, "ha": ends}
+    ax.text(outward, 0.02 * height, f"{side[0].upper()} CC\nlateral", va="top", **words)
+    ax.text(outward, 0.98 * height, "medial", va="bottom", **words)
+    ax.text(inward, height / 2, "chest wall", rotation=90, transform=place, ha="center", va="center")
+
+
+def _circle(
+    ax: Axes,
+    centre: tuple[float, float],
+    radius: float,
+    shape: tuple[int, ...],
+    pixel_mm: float,
+    side: str,
+) -> None:
+    """Around a lesion at (from the chest wall, across) mm of values of that shape, as they are hung."""
+    x, y = centre
+    if side == "right":
+        x, y = shape[1] * pixel_mm - x, shape[0] * pixel_mm - y
+    ax.add_patch(Circle((x, y), radius, fill=False, color=ORANGE, lw=1.1, ls=(0, (4, 3))))
 
 
 def _draw_facts(ax: Axes, row: dict[str, float]) -> None:
@@ -100,7 +134,7 @@ def _draw_facts(ax: Axes, row: dict[str, float]) -> None:
     known = [(name, text) for name, text in facts if all(k in row for k in _fields(text))]
     for n, (name, text) in enumerate(known):
         y = 0.93 - 0.11 * n
-        ax.text(0, y, name, transform=ax.transAxes, fontsize=8, color="#5b6570")
+        ax.text(0, y, name, transform=ax.transAxes, fontsize=SMALLEST, color="#5b6570")
         ax.text(0, y - 0.045, text.format(**row), transform=ax.transAxes, fontsize=10)
 
 
@@ -109,7 +143,7 @@ def _fields(text: str) -> list[str]:
 
 
 TITLES = {"filtered_backprojection": "filtered backprojection", "sart": "SART"}
-AWAY_MM = 12.0
+AWAY_MM, CIRCLE_MM = 12.0, 9.0
 
 
 @styled
@@ -120,46 +154,37 @@ def tomosynthesis(
 
     slices: method -> 1/mm; profiles: height_mm, difference_per_mm, method; lesion: (3,) mm, its middle.
     """
-    figure = new_figure(6.4)
-    axes = figure.subplots(2, 2)
-    for ax, (method, image) in zip(axes[0], slices.items()):
-        _draw_slice_of_breast(ax, image, lesion, 0.0, side)
-        ax.set_title(f"{TITLES[method]}, through the lesion", fontsize=8.5)
-    _draw_slice_of_breast(axes[1, 0], slices["sart"], lesion, AWAY_MM, side)
-    axes[1, 0].set_title(f"SART, {AWAY_MM:g} mm higher", fontsize=8.5)
+    names: Any = [[*slices, "higher"], ["profile"] * (len(slices) + 1)]
+    grid = next(iter(slices.values())).grid
+    high = min(WIDTH / (len(slices) + 1) * 0.72 * grid.shape[2] / grid.shape[1], 4.5)
+    figure = new_figure(3.0 + high)
+    axes = figure.subplot_mosaic(names, height_ratios=(high, 2.2))
+    for method, image in slices.items():
+        _draw_slice_of_breast(axes[method], image, lesion, 0.0, side)
+        axes[method].set_title(f"{TITLES[method]},\nthrough the lesion")
+    _draw_slice_of_breast(axes["higher"], slices["sart"], lesion, AWAY_MM, side)
+    axes["higher"].set_title(f"SART,\n{AWAY_MM:g} mm higher")
+    profile = axes["profile"]
     for colour, (method, rows) in zip(SERIES, profiles.groupby("method", sort=False)):
         peak = rows.difference_per_mm[rows.height_mm == 0].iloc[0]
-        axes[1, 1].plot(
-            rows.height_mm,
-            rows.difference_per_mm / peak,
-            color=colour,
-            label=TITLES[str(method)],
-        )
-    axes[1, 1].axhline(0, color="0.7", lw=0.8)
-    axes[1, 1].set(xlabel="above the lesion (mm)", ylabel="contrast, of that in its own slice")
-    axes[1, 1].legend()
+        profile.plot(rows.height_mm, rows.difference_per_mm / peak, color=colour, label=TITLES[str(method)])
+    profile.set_title("the lesion in all slices")
+    profile.axhline(0, color="0.7", lw=0.8)
+    profile.set(xlabel="above the lesion (mm)", ylabel="contrast, of that\nin its own slice (-)")
+    add_legend(figure, labelled(profile))
     return figure
 
 
 def _draw_slice_of_breast(ax: Axes, image: Image, lesion: np.ndarray, above_mm: float, side: str) -> None:
-    """One slice, chest wall at the side of the breast, as a mammogram is hung."""
+    """One slice, hung as a mammogram."""
     grid = image.grid
     k, j, i = grid.indices((lesion + np.array([0, 0, above_mm]))[None])[0]
     V = image.values[int(np.clip(np.rint(k), 0, grid.shape[0] - 1))]
-    low, high = np.percentile(V[V != 0], (5, 99.5)) if np.any(V != 0) else (0.0, 1.0)
-    # Rows of the slice run to posterior, columns to the left: the chest wall to the left, lateral above.
-    shown, x, y = V.T[::-1, ::-1], grid.shape[1] - 1 - j, grid.shape[2] - 1 - i
-    step = grid.spacing[0]
-    height, width = np.array(shown.shape) * step
-    if side == "right":
-        shown, y = shown[::-1, ::-1], shown.shape[0] - 1 - y
-    extent = (*((0, width) if side == "left" else (width, 0)), height, 0)
-    ax.imshow(shown, cmap="gray", vmin=low, vmax=high, extent=extent, interpolation="antialiased")
+    limits = np.percentile(V[V != 0], (5, 99.5)) if np.any(V != 0) else (0.0, 1.0)
+    step = float(grid.spacing[0])
+    # Rows of the slice run to posterior, columns to the left: turned, from the chest wall and from lateral.
+    values = V.T[::-1, ::-1]
+    _hang(ax, values, step, side, limits=(limits[0], limits[1]))
     if above_mm == 0:
-        ax.add_patch(
-            Circle(
-                ((x + 0.5) * step, (y + 0.5) * step), 9.0, fill=False, color=ORANGE, lw=1.1, ls=(0, (4, 3))
-            )
-        )
-    ax.grid(False)
-    ax.set(xlabel="from the chest wall (mm)", ylabel="across (mm)")
+        place = (grid.shape[1] - 0.5 - j) * step, (grid.shape[2] - 0.5 - i) * step
+        _circle(ax, place, CIRCLE_MM, values.shape, step, side)

@@ -7,6 +7,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from mammosim.figures.series import add_legend, labelled
 from mammosim.figures.style import BLUE, INK, QUIET, VERMILION, new_figure, styled
 
 LEAST, MOST = 1e-3, 1e1  # of the tolerance, that the colours span
@@ -32,7 +33,7 @@ def effects(table: pd.DataFrame) -> Figure:
         place = (names.index(effect), answers.index((scene, quantity)))
         _mark(ax, place, row)
     ax.set_xticks(range(len(names)), [n.replace("_", " ") for n in names], rotation=45, ha="right")
-    ax.set_yticks(range(len(answers)), [f"{s.replace('_', ' ')}: {q}" for s, q in answers], fontsize=7.5)
+    ax.set_yticks(range(len(answers)), [f"{s.replace('_', ' ')}: {q}" for s, q in answers])
     ax.grid(False)
     figure.colorbar(shown, ax=ax, label="change / tolerance (-)", pad=0.01)
     return figure
@@ -64,13 +65,11 @@ def scenes(table: pd.DataFrame) -> Figure:
     )
     apart.axvline(1.0, color=INK, lw=1)
     apart.set(xlabel="difference to the full model / tolerance (-)", title="answer", xlim=(0, None))
-    apart.set_yticks(
-        place, [f"{r.scene.replace('_', ' ')}: {r.quantity}" for r in table.itertuples()], fontsize=7.5
-    )
+    apart.set_yticks(place, [f"{r.scene.replace('_', ' ')}: {r.quantity}" for r in table.itertuples()])
     time.barh(place + 0.18, table.seconds_full, height=0.32, color=QUIET, label="all effects")
     time.barh(place - 0.18, table.seconds_screened, height=0.32, color=BLUE, label="those that matter")
     time.set(xlabel="processor time (s)", title="time", xlim=(0, None))
-    time.legend(loc="best", fontsize=7)
+    add_legend(figure, labelled(time))
     for ax in (apart, time):
         ax.grid(False, axis="y")
     return figure

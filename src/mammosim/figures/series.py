@@ -22,6 +22,7 @@ Name = TypeVar("Name", bound=Hashable)
 MOST = len(SERIES)
 MARKERS = ("o", "s", "D", "^", "v", "P")
 LINES = ("-", "--", ":", "-.")
+COLUMNS = 2  # of panels: more are too small to read on a phone
 PALEST = 0.92  # of the scale of colours: what lies beyond is too pale on white
 LISTED, SAMPLE = 24, 9  # names of a legend at most, and those of more that are taken from them
 ROW, ROWS = 0.17, 4  # inches of a row of a legend; a figure has room for so many
@@ -99,17 +100,31 @@ def labelled(ax: Axes) -> list[Artist]:
     return list(ax.get_legend_handles_labels()[0])
 
 
-def panels(
-    number: int, height: float, *, extra: float = 0.0, columns: int = MOST, **shared: Any
-) -> tuple[Figure, np.ndarray]:
-    """A figure of panels in rows of up to `columns`, and its axes (number,); what is left over is off.
+def panels(number: int, height: float, *, extra: float = 0.0, **shared: Any) -> tuple[Figure, np.ndarray]:
+    """A figure of panels in rows of COLUMNS, and its axes (number,); what is left over is off.
 
     height, extra: inches of a row, and beside them.
     """
-    wide = max(1, min(number, columns))
+    wide = max(1, min(number, COLUMNS))
     rows = max(1, -(-number // wide))
     figure = new_figure(extra + height * rows)
     axes = figure.subplots(rows, wide, squeeze=False, **shared).ravel()
     for ax in axes[number:]:
         ax.set_axis_off()
     return figure, axes[:number]
+
+
+def blocks(
+    number: int, of: int, height: float, *, extra: float = 0.0, **shared: Any
+) -> tuple[Figure, np.ndarray]:
+    """A figure of blocks, each of `of` panels in rows of COLUMNS, and their axes (number, of).
+
+    height, extra: inches of a row, and beside them. What is left over is off.
+    """
+    wide = min(of, COLUMNS)
+    rows = -(-of // wide)
+    figure = new_figure(extra + height * rows * number)
+    axes = figure.subplots(rows * number, wide, squeeze=False, **shared).reshape(number, rows * wide)
+    for ax in axes[:, of:].ravel():
+        ax.set_axis_off()
+    return figure, axes[:, :of]

@@ -13,6 +13,7 @@ from mammosim.figures.style import ORANGE, TISSUE_COLOURS, picture_axes
 
 # Of each plane: the array axis that is cut, and the patient axes (x 0, y 1, z 2) to the right and up or down.
 PLANES: Mapping[str, tuple[int, int, int]] = {"axial": (0, 0, 1), "coronal": (1, 0, 2), "sagittal": (2, 1, 2)}
+SEEN = 600  # voxels that half a page shows side by side
 ENDS = ("RL", "AP", "IS")  # of the patient axes, low and high
 AXIS_LABELS = ("x to the left (mm)", "y to posterior (mm)", "z to superior (mm)")
 
@@ -45,9 +46,14 @@ def draw_slice(
         cmap="gray",
         vmin=low,
         vmax=high,
-        interpolation="bilinear",
+        interpolation=voxels_or_mean(image),
     )
     frame_slice(ax, image.grid, plane)
+
+
+def voxels_or_mean(image: Image) -> str:
+    """How an image is drawn: voxel by voxel, also in a vector file, or means of more voxels than are seen."""
+    return "none" if max(image.grid.shape) <= SEEN else "antialiased"
 
 
 def window(image: Image) -> tuple[float, float]:
@@ -71,7 +77,7 @@ def draw_labels(
             cmap=ListedColormap(colours),
             vmin=-0.5,
             vmax=len(Label) - 0.5,
-            interpolation="nearest",
+            interpolation="none",
         )
     else:
         for label in set(np.unique(values)) - {Label.AIR}:

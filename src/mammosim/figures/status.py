@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from mammosim.figures.style import BLUE, ORANGE, QUIET, VERMILION, new_figure, styled
+from mammosim.figures.style import BLUE, ORANGE, QUIET, SMALLEST, VERMILION, new_figure, styled
 
 
 @styled
@@ -22,11 +22,11 @@ def time_and_memory(table: pd.DataFrame) -> Figure:
     place = np.arange(len(rules))
     bars = time.barh(place, rules.seconds, color=BLUE, height=0.65)
     labels = [f"{s:.0f} s" + (f" ({n} jobs)" if n > 1 else "") for s, n in zip(rules.seconds, rules.jobs)]
-    time.bar_label(bars, labels, padding=3, fontsize=7)
+    time.bar_label(bars, labels, padding=3, fontsize=SMALLEST)
     time.set_yticks(place, [name.replace("_", " ") for name in rules.index])
     time.set(xlabel="time of all jobs (s)", title="time")
     bars = memory.barh(place, rules.memory, color=ORANGE, height=0.65)
-    memory.bar_label(bars, fmt="%.0f", padding=3, fontsize=7)
+    memory.bar_label(bars, fmt="%.0f", padding=3, fontsize=SMALLEST)
     memory.set(xlabel="largest resident memory (MB)", title="memory")
     for ax in (time, memory):
         ax.margins(x=0.25, y=0.02)
@@ -43,5 +43,5 @@ def notice(reason: str) -> Figure:
     lines = textwrap.wrap(reason, LINE)
     figure = new_figure(0.9 + 0.17 * len(lines))
     figure.text(0.02, 0.93, "This figure is missing.", color=VERMILION, weight="bold", va="top")
-    figure.text(0.02, 0.70, "\n".join(lines), color=QUIET, fontsize=8, va="top", parse_math=False)
+    figure.text(0.02, 0.70, "\n".join(lines), color=QUIET, fontsize=SMALLEST, va="top", parse_math=False)
     return figure

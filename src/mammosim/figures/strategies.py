@@ -13,14 +13,34 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
-from mammosim.figures.render import Camera, render
-from mammosim.figures.series import MOST, add_legend, colours, line_handles, lines, panels, some
-from mammosim.figures.style import INK, QUIET, SEQUENTIAL, new_figure, picture_axes, scale_bar, styled
-from mammosim.figures.surfaces import coloured_skin, cut_solid
+from mammosim.figures.bodies import coloured_skin, cut_solids
+from mammosim.figures.render import Camera, Solid, render
+from mammosim.figures.series import (
+    COLUMNS,
+    MOST,
+    add_legend,
+    blocks,
+    colours,
+    line_handles,
+    lines,
+    panels,
+    some,
+)
+from mammosim.figures.style import (
+    BAR_ROOM_MM,
+    INK,
+    QUIET,
+    SEQUENTIAL,
+    SMALLEST,
+    new_figure,
+    picture_axes,
+    scale_bar,
+    styled,
+)
+from mammosim.figures.ticks import plain_log
 from mammosim.io.tabulated import tabulated
 
 QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact area (cm²)"),
@@ -29,6 +49,7 @@ QUANTITIES = (("force_n", 1.0, "force (N)"), ("contact_area_mm2", 1e-2, "contact
 CUT, ABOVE = Camera.at(62, 14), Camera.at(0, 89.9)
 UNTOUCHED = (0.88, 0.86, 0.84)
 FRAME_MM = 75.0  # around the middle of the plates
+COLUMNS_OF_PIXELS = 480  # of a third of the page
 
 
 @dataclass(frozen=True)
@@ -61,7 +82,7 @@ def practice() -> Marks:
 
 @styled
 def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
-    """Force, contact area, mean and peak pressure along every load path; a row per set of moduli.
+    """Force, contact area, mean and peak pressure along every load path; four panels per set of moduli.
 
     paths: rows of mechanics.compression.Compression.path with volunteer, side, strategy, moduli. A dot is
     where a strategy stops. A colour per strategy, a line style per breast. Of more than MOST sets of moduli
@@ -78,15 +99,18 @@ def curves(paths: pd.DataFrame, marks: Marks | None = None) -> Figure:
         coloured, lined = ("moduli", "sets of moduli"), paths.strategy + ", " + breast
         what = "strategies of a breast"
     names = list(dict.fromkeys(rows))
-    figure = new_figure(0.9 + 2.1 * len(names))
-    axes = figure.subplots(len(names), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
+    figure, axes = blocks(len(names), len(QUANTITIES), 1.9, extra=0.9, sharex=True)
+    for row in axes[1:]:
+        for ax, first in zip(row, axes[0]):
+            ax.sharey(first)
     colour, line = colours(paths[coloured[0]]), lines(lined)
     for (row, name, way), path in paths.groupby([rows, paths[coloured[0]], lined], sort=False):
         _draw_path(axes[names.index(row)], path, colour[name], line[way])
     for row, name in zip(axes, names):
-        row[0].set_title(name)
-    _label_curves(axes)
+        for ax in row:
+            ax.set_title(name)
     _draw_marks(axes, marks or practice())
+    _label_curves(axes)
     handles = [Line2D([], [], marker="o", ms=4, color=each, label=name) for name, each in colour.items()]
     add_legend(figure, [*some(handles, coloured[1]), *line_handles(lined, what)])
     return figure
@@ -98,17 +122,11 @@ def _label_curves(axes: np.ndarray) -> None:
         for panel in column:
             panel.set_ylabel(label)
             if "area" not in label:
-                _logarithmic(panel)
-        column[-1].set_xlabel("plates apart (mm)")
+                panel.set_yscale("log")
+                plain_log(panel.yaxis)
+    for ax in axes[-1, -COLUMNS:]:
+        ax.set_xlabel("plates apart (mm)")
     axes[0, 0].xaxis.set_inverted(True)
-
-
-def _logarithmic(ax: Axes) -> None:
-    """A logarithmic axis with plain numbers at 1, 2, 5, 10 ..."""
-    ax.set_yscale("log")
-    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_path(row: np.ndarray, path: pd.DataFrame, colour: str, line: Mapping[str, Any]) -> None:
@@ -129,7 +147,9 @@ def _draw_marks(axes: np.ndarray, marks: Marks) -> None:
                 (row[0], np.sqrt(np.prod(marks.force_n)), marks.force_source),
                 (row[2], marks.pressure_kpa, marks.pressure_source),
             ):
-                ax.annotate(text, (0.03, place), xycoords=ax.get_yaxis_transform(), fontsize=6.5, va="bottom")
+                ax.annotate(
+                    text, (0.03, place), xycoords=ax.get_yaxis_transform(), fontsize=SMALLEST, va="bottom"
+                )
 
 
 @styled
@@ -139,7 +159,7 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
     maps: strategy -> rows of chain.plates.thickness_map, none where it failed. Lines are 5 mm
     apart; the scale ends a quarter above the thickest median.
     """
-    figure, axes = panels(len(maps), 2.7, sharex=True, sharey=True)
+    figure, axes = panels(len(maps), 1.6, extra=0.5, sharex=True, sharey=True)
     medians = [rows.thickness_mm.median() for rows in maps.values() if len(rows)]
     scale = Normalize(0.6 * min(medians), 1.25 * max(medians))
     for ax, (name, rows) in zip(axes, maps.items()):
@@ -147,9 +167,9 @@ def thickness_maps(maps: Mapping[str, pd.DataFrame]) -> Figure:
             _say_failed(ax, name)
         else:
             _draw_map(ax, rows, scale)
-            ax.set_title(f"{name}\nmedian {rows.thickness_mm.median():.1f} mm", fontsize=8)
-    for ax in axes[::MOST]:
-        ax.set_ylabel("from the chest edge (mm)")
+            ax.set_title(f"{name}, median {rows.thickness_mm.median():.1f} mm")
+    figure.supxlabel("across (mm)", fontsize=9)
+    figure.supylabel("from the chest edge (mm)", fontsize=9)
     shown = ScalarMappable(scale, SEQUENTIAL)
     figure.colorbar(shown, ax=axes, shrink=0.75, extend="both", label="thickness (mm)")
     return figure
@@ -159,15 +179,24 @@ def _draw_map(ax: Axes, rows: pd.DataFrame, scale: Normalize) -> None:
     """One map, with lines of equal thickness."""
     grid = rows.pivot(index="outward_mm", columns="across_mm", values="thickness_mm")
     place = (grid.columns.to_numpy(float), grid.index.to_numpy(float), grid.to_numpy(float))
-    ax.pcolormesh(*place, cmap=SEQUENTIAL, norm=scale, shading="nearest", rasterized=True)
+    ends = [
+        (ticks[0] - step / 2, ticks[-1] + step / 2) for ticks, step in ((t, t[1] - t[0]) for t in place[:2])
+    ]
+    ax.imshow(
+        place[2],
+        cmap=SEQUENTIAL,
+        norm=scale,
+        origin="lower",
+        extent=(*ends[0], *ends[1]),
+        interpolation="none",
+    )
     levels = np.arange(0.0, scale.vmax or 0.0, 5.0)
     ax.contour(*place, levels=levels, colors="white", linewidths=0.4)
     picture_axes(ax)
-    ax.set_xlabel("across (mm)")
 
 
 def _say_failed(ax: Axes, name: str) -> None:
-    ax.set_title(f"{name}\nfailed", fontsize=8)
+    ax.set_title(f"{name}, failed")
     ax.set_axis_off()
 
 
@@ -183,23 +212,23 @@ class Strained:
 
 @styled
 def discomfort(pressed: Mapping[str, Strained], *, centre: np.ndarray) -> Figure:
-    """Strain and energy on a cut, pressure on the skin from above: a column per strategy, a scale per row.
+    """Strain and energy on a cut, pressure on the skin from above: a row per strategy, a scale per column.
 
-    centre (3,) mm of the plates: elements at a larger x are taken away, and what is far from it is not shown.
+    centre (3,) mm of the plates: what lies at a larger x is cut away, and what is far from it is not shown.
     Scales end where 1 % of the cells go beyond.
     """
-    blocks = -(-len(pressed) // MOST)
-    figure = new_figure(5.4 * blocks)
-    axes = figure.subplots(3 * blocks, min(len(pressed), MOST), squeeze=False)
     scales = _discomfort_scales(pressed)
-    for ax in axes[-3:, len(pressed) - MOST * (blocks - 1) :].ravel():
-        ax.set_axis_off()
-    for number, (name, each) in enumerate(pressed.items()):
-        column = axes[3 * (number // MOST) : 3 * (number // MOST) + 3, number % MOST]
-        _show_discomfort(column, each, scales, centre)
-        column[0].set_title(name)
-    for row, (label, (_, scale, palette)) in zip(axes, list(scales.items()) * blocks):
-        figure.colorbar(ScalarMappable(scale, palette), ax=row, shrink=0.8, label=label)
+    figure = new_figure(0.7 + 1.5 * len(pressed))
+    axes = figure.subplots(len(pressed), len(scales), squeeze=False)
+    for row, (name, each) in zip(axes, pressed.items()):
+        _show_discomfort(row, each, scales, centre)
+        for ax in row:
+            ax.set_title(name)
+    for column, (label, (_, scale, palette)) in zip(axes.T, scales.items()):
+        bar = figure.colorbar(
+            ScalarMappable(scale, palette), ax=column, location="top", aspect=22, shrink=0.85, label=label
+        )
+        bar.outline.set_visible(False)
     return figure
 
 
@@ -216,41 +245,38 @@ def _discomfort_scales(pressed: Mapping[str, Strained]) -> dict[str, tuple[str, 
 
 
 def _show_discomfort(
-    column: np.ndarray,
-    pressed: Strained,
-    scales: Mapping[str, tuple[str, Normalize, str]],
-    centre: np.ndarray,
+    row: np.ndarray, pressed: Strained, scales: Mapping[str, tuple[str, Normalize, str]], centre: np.ndarray
 ) -> None:
     """One strategy: strain and energy on a cut, pressure from above."""
-    kept = pressed.mesh.points[pressed.mesh.cells[:, :4]].mean(axis=1)[:, 0] <= centre[0]
-    for ax, (field, scale, palette) in zip(column, scales.values()):
+    for ax, (field, scale, palette) in zip(row, scales.values()):
         values = getattr(pressed, field)
         rgb = colormaps[palette](scale(values))[:, :3]
         if field in OF_CELLS.values():
-            _show(ax, cut_solid(pressed.mesh, kept, rgb), CUT, centre, ink="white")
+            _show(ax, cut_solids(pressed.mesh, float(centre[0]), rgb), CUT, centre)
         else:
             rgb[values <= 0] = UNTOUCHED
-            _show(ax, coloured_skin(pressed.mesh, rgb), ABOVE, centre)
+            _show(ax, (coloured_skin(pressed.mesh, rgb),), ABOVE, centre)
 
 
 def _scale(values: list[np.ndarray]) -> Normalize:
     return Normalize(0, max(float(np.percentile(each, 99)) for each in values) or 1.0)
 
 
-def _show(ax: Axes, solid, camera: Camera, centre: np.ndarray, *, ink: str = INK) -> None:  # type: ignore[no-untyped-def]
+def _show(ax: Axes, solids: tuple[Solid, ...], camera: Camera, centre: np.ndarray) -> None:
+    """What is near the plates, with the scale bar on white below it."""
     right, up, _ = camera.project(centre[None])[0]
     extent = (right - FRAME_MM, right + FRAME_MM, up - 0.8 * FRAME_MM, up + 0.8 * FRAME_MM)
-    render((solid,), camera, columns=280, extent=extent).show(ax)
-    scale_bar(ax, colour=ink)
+    render(solids, camera, columns=COLUMNS_OF_PIXELS, extent=extent).show(ax)
+    scale_bar(ax, room_mm=BAR_ROOM_MM)
 
 
 @styled
 def amounts(table: pd.DataFrame) -> Figure:
-    """How much tissue and skin lies above the marks of each measure: a bar per strategy, a row per breast.
+    """How much tissue and skin lies above the marks of each measure: a bar per strategy, a panel per breast.
 
     table: rows of chain.discomfort.amounts_above with volunteer, side, strategy, moduli. The higher of a
-    measure's marks is darker. A colour per set of moduli. More than MOST breasts are one row: the median, and
-    a line from the least to the most. Raises MissingResult where nothing was pressed.
+    measure's marks is darker. A colour per set of moduli. More than MOST breasts are shown as one: the
+    median, and a line from the least to the most. Raises MissingResult where nothing was pressed.
     """
     require_pressed(table)
     shown = table[table.tissue.isin(["all", "skin"])]
@@ -259,19 +285,21 @@ def amounts(table: pd.DataFrame) -> Figure:
     if number > MOST:
         shown = shown.assign(breast=f"median of {number} breasts; lines: least to most")
     measures, breasts = list(dict.fromkeys(shown.measure)), list(dict.fromkeys(shown.breast))
-    figure = new_figure(1.1 + 1.9 * len(breasts))
-    axes = figure.subplots(len(breasts), len(measures), squeeze=False, sharex=True, sharey="col")
+    figure, axes = blocks(len(breasts), len(measures), 1.8, extra=1.0, sharex=True)
+    for row in axes[1:]:
+        for ax, first in zip(row, axes[0]):
+            ax.sharey(first)
     colour = colours(shown.moduli)
     for row, breast in zip(axes, breasts):
         for ax, measure in zip(row, measures):
             rows = shown[(shown.breast == breast) & (shown.measure == measure)]
             _draw_bars(ax, rows, colour)
-            ax.set_ylabel(f"{'skin' if measure == 'pressure_kpa' else 'tissue'} ({UNITS[rows.unit.iloc[0]]})")
-        row[0].set_title(breast)
-    for ax, measure in zip(axes[-1], measures):
-        marks = sorted(shown[shown.measure == measure].threshold.unique())
-        words = " and ".join(f"{mark:g}" for mark in marks)
-        ax.set_xlabel(MEASURES[measure].format(words), fontsize=8)
+            marks = " and ".join(f"{mark:g}" for mark in sorted(rows.threshold.unique()))
+            of = "skin" if measure == "pressure_kpa" else "tissue"
+            ax.set_ylabel(
+                f"{of}, {MEASURES[measure].format(marks)} ({UNITS[rows.unit.iloc[0]]})", fontsize=SMALLEST
+            )
+            ax.set_title(breast)
     add_legend(
         figure, some([Patch(color=c, label=f"{name} moduli") for name, c in colour.items()], "sets of moduli")
     )
@@ -279,10 +307,10 @@ def amounts(table: pd.DataFrame) -> Figure:
 
 
 MEASURES = {
-    "logarithmic": "logarithmic strain\nfrom {}",
-    "green_lagrange": "Green-Lagrange strain\nfrom {}",
+    "logarithmic": "logarithmic\nstrain from {}",
+    "green_lagrange": "Green-Lagrange\nstrain from {}",
     "energy_kpa": "elastic energy\nfrom {} kPa",
-    "pressure_kpa": "contact pressure\nfrom {} kPa",
+    "pressure_kpa": "pressure\nfrom {} kPa",
 }
 UNITS = {"cm3": "cm³", "cm2": "cm²"}
 
@@ -301,5 +329,5 @@ def _draw_bars(ax: Axes, rows: pd.DataFrame, colour: Mapping[str, str]) -> None:
             ax.bar(places, middle, 0.9 * width, color=colour[name], alpha=dark)
             if (these.size() > 1).any():
                 ax.vlines(places, low, high, color=INK, lw=0.7)
-    ax.set_xticks(range(len(strategies)), strategies, rotation=60)
+    ax.set_xticks(range(len(strategies)), strategies, rotation=30, ha="right")
     ax.grid(False, axis="x")

@@ -15,7 +15,8 @@ from mammosim.figures.ticks import DPI, keep_names_apart
 P = ParamSpec("P")
 R = TypeVar("R")
 
-WIDTH = 7.6  # inches, the text width of the report
+WIDTH = 6.7  # inches, 17 cm: the text width of a printed page
+SMALLEST = 8.0  # points of a letter, at that width
 TALLEST = 100.0  # inches of a figure; a picture holds 65536 pixels
 INK = "#22272e"
 QUIET = "#8a939e"
@@ -38,7 +39,7 @@ TISSUE_COLOURS: Mapping[Label, str] = {
 STYLE: Mapping[str, str | float | bool] = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
-    "axes.titlesize": 9.5,
+    "axes.titlesize": 8.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.labelsize": 9,
@@ -74,6 +75,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         with mpl.rc_context(settings):
             result = draw(*args, **kwargs)
             if isinstance(result, Figure):
+                letter_panels(result)
                 keep_names_apart(result)
             return result
 
@@ -83,6 +85,21 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 def new_figure(height: float, *, width: float = WIDTH) -> Figure:
     """An empty figure, inches, TALLEST at most."""
     return Figure(figsize=(width, min(height, TALLEST)), dpi=DPI, layout="constrained")
+
+
+def letter_panels(figure: Figure) -> None:
+    """A letter before the title of each panel, where there are several: a, b ... z, aa, ab ...
+
+    Axes without data are no panels, nor are scales of colours and second scales.
+    """
+    panels: dict[Any, Axes] = {}
+    for ax in figure.axes:
+        if ax.has_data() and ax.get_visible() and ax.get_subplotspec() is not None:
+            panels.setdefault(ax.get_subplotspec(), ax)
+    for number, ax in enumerate(panels.values() if len(panels) > 1 else ()):
+        first, last = divmod(number, 26)
+        letter = (chr(ord("a") + first - 1) if first else "") + chr(ord("a") + last)
+        ax.set_title(f"{letter}  {ax.get_title(loc='left')}".strip())
 
 
 def picture_axes(ax: Axes) -> None:
@@ -95,10 +112,18 @@ def picture_axes(ax: Axes) -> None:
     ax.tick_params(length=2, color=QUIET)
 
 
-def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK) -> None:
-    """A bar of known length at the lower left, in place of axes; its text is legible on light and dark."""
+BAR_ROOM_MM = 25.0  # of a body
+
+
+def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK, room_mm: float = 0.0) -> None:
+    """A bar of known length at the lower left, in place of axes; its text is legible on light and dark.
+
+    room_mm: that the axes grow by below what they show, where the bar would lie on it.
+    """
     ax.set_axis_off()
     (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    y0 -= room_mm if y1 > y0 else -room_mm
+    ax.set_ylim(y0, y1)
     x, y = x0 + 0.04 * (x1 - x0), y0 + 0.04 * (y1 - y0)
     sign = 1 if x1 > x0 else -1
     ax.plot([x, x + sign * length_mm], [y, y], color=colour, lw=2, solid_capstyle="butt")
@@ -109,7 +134,7 @@ def scale_bar(ax: Axes, length_mm: float = 50.0, *, colour: str = INK) -> None:
         textcoords="offset points",
         ha="center",
         va="bottom",
-        fontsize=7.5,
+        fontsize=SMALLEST,
         color=colour,
         path_effects=[withStroke(linewidth=1.5, foreground="white" if colour == INK else INK)],
     )

@@ -1,61 +1,32 @@
-"""Meshes as solids to render: skin, tissues on a cut, points, plates; and outlines of the skin in a plane."""
+"""Pictures of meshes: the skin, tissues on a cut, and outlines of the skin in a plane."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
-from mammosim.core.mesh import FACES, SUBTRIANGLES, TetMesh
+from mammosim.core.mesh import TetMesh
+from mammosim.figures.bodies import balls_solid, boundary_triangles, cut_solids, skin_solid, tissue_rgb
 from mammosim.figures.render import Camera, Solid, render
-from mammosim.figures.series import colours
+from mammosim.figures.series import MOST, colours
 from mammosim.figures.slices import AXIS_LABELS, PLANES
 from mammosim.figures.style import (
     INK,
     ORANGE,
+    QUIET,
+    SMALLEST,
     TISSUE_COLOURS,
     new_figure,
     picture_axes,
     scale_bar,
     styled,
 )
-
-SKIN_COLOUR = "#e3b79c"
-
-
-def boundary_triangles(faces: np.ndarray) -> np.ndarray:
-    """Four linear triangles (4 n, 3) for each quadratic one, faces (n, 6)."""
-    return faces[:, SUBTRIANGLES].reshape(-1, 3)
-
-
-def skin_solid(mesh: TetMesh, *, colour: str = SKIN_COLOUR, opacity: float = 1.0) -> Solid:
-    """The skin as a smooth surface."""
-    return Solid.of(mesh.points, boundary_triangles(mesh.boundaries["skin"]), colour, opacity=opacity)
-
-
-def coloured_skin(mesh: TetMesh, rgb: np.ndarray) -> Solid:
-    """The skin with a colour (n_face, 3) for each of its faces."""
-    return Solid(mesh.points, boundary_triangles(mesh.boundaries["skin"]), np.repeat(rgb, 4, axis=0))
-
-
-def cut_solid(mesh: TetMesh, kept: np.ndarray, rgb: np.ndarray | None = None) -> Solid:
-    """The outside of the elements kept (n_cell,) bool, flat, coloured by tissue or by rgb (n_cell, 3)."""
-    cells = np.flatnonzero(kept)
-    faces = mesh.cells[cells][:, np.array(FACES)].reshape(-1, 6)
-    _, index, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    outer = index[count == 1]
-    colours = tissue_rgb(mesh.tissue) if rgb is None else rgb
-    return Solid(mesh.points, faces[outer, :3], colours[np.repeat(cells, 4)[outer]], smooth=False)
-
-
-def tissue_rgb(tissue: np.ndarray) -> np.ndarray:
-    """Colours (n, 3) of tissues (n,)."""
-    return np.array([to_rgb(TISSUE_COLOURS[label]) for label in Label])[tissue]
 
 
 def left_breast(fiducials: Fiducials, mesh: TetMesh) -> np.ndarray:
@@ -67,40 +38,22 @@ def left_breast(fiducials: Fiducials, mesh: TetMesh) -> np.ndarray:
     return middle
 
 
-def balls_solid(points: np.ndarray, colour: str, *, radius_mm: float = 3.5) -> Solid:
-    """A small ball at each of points (n, 3) mm."""
-    theta, phi = np.meshgrid(np.linspace(0, np.pi, 13), np.linspace(0, 2 * np.pi, 25)[:-1], indexing="ij")
-    ball = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-    i, j = (a.ravel() for a in np.meshgrid(np.arange(12), np.arange(24), indexing="ij"))
-    a, b, c, d = i * 24 + j, (i + 1) * 24 + j, (i + 1) * 24 + (j + 1) % 24, i * 24 + (j + 1) % 24
-    triangles = np.vstack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    surfaces = points[:, None] + radius_mm * ball.reshape(-1, 3)
-    numbers = triangles + np.arange(len(points))[:, None, None] * len(surfaces[0])
-    return Solid.of(surfaces.reshape(-1, 3), numbers.reshape(-1, 3), colour)
-
-
-def box_solid(centre: np.ndarray, axes: np.ndarray, half_sizes: np.ndarray, *, opacity: float = 0.3) -> Solid:
-    """A plate: box with axes (3, 3) in columns."""
-    signs = np.array([[(k & 1) * 2 - 1, (k >> 1 & 1) * 2 - 1, (k >> 2) * 2 - 1] for k in range(8)])
-    quads = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
-    triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
-    points = centre + (signs * half_sizes) @ axes.T
-    return Solid.of(points, triangles, "#8fb4d6", smooth=False, opacity=opacity)
+TICKS_MM = 50.0  # of outlines
+SCRAP_MM = 30.0  # of an outline: what reaches less far is no part of it
 
 
 @styled
 def mesh_with_tissues(mesh: TetMesh, *, cut_x_mm: float, nipples: np.ndarray | None = None) -> Figure:
-    """The skin of a mesh, and its elements on the right of a sagittal cut, in the colours of their tissues.
+    """The skin of a mesh, and its elements where a sagittal plane cuts them, in the colours of their tissues.
 
-    cut_x_mm: elements whose middle lies at a larger x are taken away; nipples (n, 3) mm are marked.
+    cut_x_mm: what lies at a larger x is cut away; nipples (n, 3) mm are marked.
     """
-    figure = new_figure(3.1)
+    figure = new_figure(2.9)
     axes = figure.subplots(1, 2)
     balls = () if nipples is None else (balls_solid(nipples, ORANGE),)
     draw_solids(axes[0], (skin_solid(mesh), *balls), Camera.at(28, 16))
     axes[0].set_title("skin")
-    kept = mesh.points[mesh.cells[:, :4]].mean(axis=1)[:, 0] <= cut_x_mm
-    draw_solids(axes[1], (cut_solid(mesh, kept),), Camera.at(52, 20))
+    draw_solids(axes[1], cut_solids(mesh, cut_x_mm, tissue_rgb(mesh.tissue), edges=True), Camera.at(52, 20))
     axes[1].set_title(f"tissues, cut at x = {cut_x_mm:.0f} mm")
     present = [Label(v) for v in np.unique(mesh.tissue)]
     handles = [
@@ -108,7 +61,9 @@ def mesh_with_tissues(mesh: TetMesh, *, cut_x_mm: float, nipples: np.ndarray | N
         for label in present
     ]
     caption = f"{len(mesh.cells):,} quadratic tetrahedra, {len(mesh.points):,} nodes"
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, title=caption, title_fontsize=8)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=5, title=caption, title_fontsize=SMALLEST
+    )
     return figure
 
 
@@ -131,14 +86,55 @@ def outline(points: np.ndarray, triangles: np.ndarray, axis: int, at_mm: float) 
     return ends[cuts].reshape(-1, 2, 3)
 
 
+def pieces(segments: np.ndarray, *, shortest_mm: float = SCRAP_MM) -> list[np.ndarray]:
+    """Segments (n, 2, 3) joined to lines, each (k, 3), but for those that reach less far than shortest_mm.
+
+    A plane that grazes a fold or the rim of the skin cuts scraps from it, which are no outline.
+    """
+    places, number = np.unique(np.round(segments.reshape(-1, 3), 6), axis=0, return_inverse=True)
+    links: list[list[int]] = [[] for _ in places]
+    ends = number.reshape(-1, 2)
+    for k, (a, b) in enumerate(ends):
+        links[a].append(k)
+        links[b].append(k)
+    used, lines = np.zeros(len(ends), bool), []
+    # Free ends first: what then is left is closed.
+    for start in sorted(range(len(places)), key=lambda place: len(links[place]) != 1):
+        path = _walk(start, links, ends, used)
+        line = places[path]
+        if np.linalg.norm(np.ptp(line, axis=0)) >= shortest_mm:
+            lines.append(line)
+    return lines
+
+
+def _walk(start: int, links: list[list[int]], ends: np.ndarray, used: np.ndarray) -> list[int]:
+    """Places from a start along segments that no line has used yet, which are marked."""
+    path = [start]
+    while True:
+        k = next((k for k in links[path[-1]] if not used[k]), None)
+        if k is None:
+            return path
+        used[k] = True
+        a, b = ends[k]
+        path.append(int(b if a == path[-1] else a))
+
+
+def colours_of_shapes(names: Iterable[str]) -> dict[str, str]:
+    """Colours of outlines: the truth in black, and of many the measured one in grey."""
+    shown = list(names)
+    own = {name: QUIET for name in shown if name.startswith("measured")} if len(shown) > MOST else {}
+    own["truth"] = INK
+    return colours(name for name in shown if name not in own) | own
+
+
 def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: float) -> None:
     """The skin of each shape in one plane, the first ones broader, so that all show where they coincide."""
     cut, across, along = PLANES[plane]
-    colour = colours(name for name in shapes if name != "truth") | {"truth": INK}
+    colour = colours_of_shapes(shapes)
     for number, (name, mesh) in enumerate(shapes.items()):
         segments = outline(mesh.points, boundary_triangles(mesh.boundaries["skin"]), 2 - cut, at_mm)
         lines = LineCollection(
-            segments[:, :, [across, along]].tolist(),
+            [piece[:, [across, along]] for piece in pieces(segments)],
             colors=colour[name],
             linestyles="--" if name == "truth" else "-",
             linewidths=max(3.6 - 0.8 * number, 1.0),
@@ -147,7 +143,11 @@ def draw_outlines(ax: Axes, shapes: Mapping[str, TetMesh], plane: str, at_mm: fl
         )
         ax.add_collection(lines)
     picture_axes(ax)
+    ax.set_anchor("W")
     ax.autoscale_view()
+    for axis in (ax.xaxis, ax.yaxis):
+        apart = TICKS_MM if np.ptp(axis.get_view_interval()) >= 1.5 * TICKS_MM else None
+        axis.set_major_locator(MultipleLocator(apart) if apart else MaxNLocator(2))
     ax.set(xlabel=AXIS_LABELS[across], ylabel=AXIS_LABELS[along])
     if plane == "axial":
         ax.yaxis.set_inverted(True)

@@ -1,15 +1,33 @@
 """Names of ticks that do not run into each other, however many there are."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis, YAxis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
 DPI = 160  # of a figure, as it is laid out
 GAP = 1.1  # of the room that a name takes
 LINE_HEIGHT = 1.2  # of the size of its letters
+# Numbers of a decade that have a name, where an axis shows less than so many decades.
+DECADES: Mapping[float, tuple[float, ...]] = {
+    0.4: tuple(range(1, 10)), 1.1: (1, 2, 3, 5, 7), 2.0: (1, 2, 5), np.inf: (1,)
+}  # fmt: skip
 LEVEL_DEGREES = 5.0  # names that are turned by less lie one beside the other
+
+
+def plain_log(axis: Axis) -> None:
+    """A logarithmic scale with plain numbers, as many in a decade as its view has room for."""
+    low, high = sorted(axis.get_view_interval())
+    decades = float(np.log10(high / low)) if 0 < low < high else 1.0
+    subs = next(subs for most, subs in DECADES.items() if decades < most)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=7))
+    axis.set_major_formatter(
+        FuncFormatter(lambda value, _: np.format_float_positional(value, precision=12, trim="-"))
+    )
+    axis.set_minor_formatter(NullFormatter())
 
 
 def keep_names_apart(figure: Figure) -> None:

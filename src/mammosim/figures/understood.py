@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from mammosim.core.fiducials import Fiducials
@@ -18,8 +19,8 @@ from mammosim.figures.slices import (
     straight,
     tissue_legend,
 )
-from mammosim.figures.style import INK, ORANGE, new_figure, picture_axes, styled
-from mammosim.figures.volunteers import MARKS, draw_fiducials
+from mammosim.figures.style import INK, ORANGE, QUIET, SMALLEST, new_figure, picture_axes, styled
+from mammosim.figures.volunteers import MARKS, NEAR_MM, draw_fiducials
 
 # The slices are chosen on blocks of voxels, of which those brighter than this part of the brightest are body.
 BLOCK_MM, BODY = 8.0, 0.2
@@ -42,13 +43,14 @@ def understood(
     gravity (3,): unit vector, frame of the image; labels: on any grid; title: whose position, at what
     spacing. A slice shows rows and columns of the image, whose axes may be turned against the patient's.
     """
-    figure = new_figure(3.3)
+    figure = new_figure(5.6)
     shown, g = straight(image), gravity @ image.grid.direction
     at = in_axes_of(image.grid, _place(image, fiducials)[None])[0]
     points = fiducials and Fiducials(
         fiducials.names, fiducials.kinds, in_axes_of(image.grid, fiducials.points)
     )
-    for ax, plane in zip(figure.subplots(1, 3), PLANES):
+    panels = figure.subplots(2, 2).ravel()
+    for ax, plane in zip(panels, PLANES):
         axis = 2 - PLANES[plane][0]
         draw_slice(ax, shown, plane, at[axis])
         if labels is not None:
@@ -58,9 +60,10 @@ def understood(
         _draw_upright_gravity(ax, g, plane)
         draw_sides(ax, plane)
         if points is not None:
-            draw_fiducials(ax, points, plane, at[axis])
+            draw_fiducials(ax, points, plane, at[axis], far=True)
             _name(ax, points, plane, at[axis])
-        ax.set_title(f"{plane}, {'xyz'[axis]} = {at[axis]:.0f} mm", fontsize=8)
+        ax.set_title(f"{plane}, {'xyz'[axis]} = {at[axis]:.0f} mm")
+    panels[3].remove()
     _legend(figure, labels, fiducials)
     figure.suptitle(title, fontsize=10, weight="bold")
     return figure
@@ -131,7 +134,7 @@ def _name(ax: Axes, fiducials: Fiducials, plane: str, at: float) -> None:
                 tuple(point[[across, along]]),
                 xytext=(4, 4),
                 textcoords="offset points",
-                fontsize=6.5,
+                fontsize=SMALLEST,
                 color="w",
                 path_effects=[withStroke(linewidth=1.2, foreground=INK)],
             )
@@ -142,6 +145,10 @@ def _legend(figure: Figure, labels: LabelMap | None, fiducials: Fiducials | None
     kinds = () if fiducials is None else fiducials.kinds
     for kind, (colour, marker) in MARKS.items():
         if kind in kinds:
-            handles += figure.axes[0].plot([], [], marker, color=colour, mec="k", label=kind)
+            handles.append(Line2D([], [], ls="", marker=marker, color=colour, mec="k", label=kind))
+    if kinds:
+        far = f"farther than {NEAR_MM:g} mm\nfrom the slice, projected"
+        handles.append(Line2D([], [], ls="", marker="o", mfc="none", color=QUIET, label=far))
     if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=8)
+        # In the quarter that no plane takes.
+        figure.legend(handles=handles, loc="center", bbox_to_anchor=(0.77, 0.25))

@@ -13,8 +13,10 @@ from matplotlib.ticker import MaxNLocator
 from mammosim.chain.outcome import CONVERGED
 from mammosim.core.errors import MissingResult
 from mammosim.figures.series import (
+    COLUMNS,
     MOST,
     add_legend,
+    blocks,
     colours,
     labelled,
     line_handles,
@@ -23,7 +25,8 @@ from mammosim.figures.series import (
     panels,
     some,
 )
-from mammosim.figures.style import INK, QUIET, new_figure, styled
+from mammosim.figures.style import INK, QUIET, styled
+from mammosim.figures.ticks import plain_log
 
 
 @styled
@@ -37,8 +40,8 @@ def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
     if rows.empty:
         raise MissingResult("no method that iterates found a stress-free shape; their table says why")
     women, methods = sorted(rows.volunteer.unique()), list(dict.fromkeys(rows.method))
-    figure, axes = panels(len(women), 3.2, sharey=True)
-    colour, marker = colours(methods), markers(methods)
+    figure, axes = panels(len(women), 2.6, extra=0.6, sharey=True)
+    colour, marker = colours(table.method), markers(table.method)
     for ax, woman in zip(axes, women):
         for method in methods:
             history = rows[(rows.volunteer == woman) & (rows.method == method)].sort_values("iteration")
@@ -47,7 +50,8 @@ def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
         ax.axhline(tolerance_mm, color=QUIET, ls="--", lw=1, label="tolerance")
         ax.set(xlabel="iteration", title=str(woman))
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    for ax in axes[::MOST]:
+    plain_log(axes[0].yaxis)
+    for ax in axes[::COLUMNS]:
         ax.set_ylabel("largest distance of the reloaded\nfrom the measured skin (mm)")
     add_legend(figure, some(labelled(axes[0]), "methods and the tolerance"))
     return figure
@@ -55,7 +59,7 @@ def convergence(table: pd.DataFrame, *, tolerance_mm: float) -> Figure:
 
 # Column of the table, title, the target that a method should stay below, if any.
 UNLOADING_PANELS = (
-    ("error_mean_mm", "error of the skin, mean (mm)", None),
+    ("error_mean_mm", "error of the skin,\nmean (mm)", None),
     ("round_max_mm", "round trip, largest (mm)", 0.1),
     ("forward_solves", "time (forward solves)", 6.0),
 )
@@ -66,7 +70,7 @@ TICKS = (1, 2, 4, 6, 10, 20)
 
 @styled
 def unloading(table: pd.DataFrame) -> Figure:
-    """One row of panels per volunteer, one line per method, a cross at the top where it found no solution.
+    """Panels per quantity and volunteer, a line per method, a cross at the top where it found no solution.
 
     table: rows of study.unloading.rows with volunteer and youngs_modulus_kpa. Dashed: the targets
     of the default method.
@@ -74,14 +78,15 @@ def unloading(table: pd.DataFrame) -> Figure:
     women = sorted(table.volunteer.unique())
     several = {f"{len(women)} volunteers": table}
     shown = {str(v): table[table.volunteer == v] for v in women} if len(women) <= MOST else several
-    figure = new_figure(0.7 + 2.3 * len(shown))
-    axes = figure.subplots(len(shown), len(UNLOADING_PANELS), squeeze=False, sharex=True, sharey="col")
-    for row, (name, part) in zip(axes, shown.items()):
-        for ax, (column, _, target) in zip(row, UNLOADING_PANELS):
+    figure, axes = blocks(len(UNLOADING_PANELS), len(shown), 1.9, extra=0.7, sharex=True)
+    for block, (column, label, target) in zip(axes, UNLOADING_PANELS):
+        for ax, (name, part) in zip(block, shown.items()):
             _draw_methods(ax, part, column)
             if target is not None:
                 ax.axhline(target, color=QUIET, lw=1, ls=(0, (4, 3)))
-        row[0].set_ylabel(name)
+            ax.set(title=name, ylabel=label)
+            if ax is not block[0]:
+                ax.sharey(block[0])
     _finish_unloading(axes, table)
     add_legend(figure, _unloading_legend(table, women))
     return figure
@@ -131,8 +136,9 @@ def _finish_unloading(axes: np.ndarray, table: pd.DataFrame) -> None:
     for ax in axes.ravel():
         ax.set_xticks(moduli, [f"{E:g}" for E in moduli])
         ax.minorticks_off()
-    for ax, (_, title, _) in zip(axes[0], UNLOADING_PANELS):
-        ax.set_title(title, fontsize=8.5)
-    axes[0, -1].set_yticks(TICKS, [f"{n:g}" for n in TICKS])
+    for ax in axes[:-1].ravel():
+        plain_log(ax.yaxis)
     for ax in axes[-1]:
+        ax.set_yticks(TICKS, [f"{n:g}" for n in TICKS])
+    for ax in axes[-1, -COLUMNS:]:
         ax.set_xlabel("modulus of fat and gland (kPa)")

@@ -12,14 +12,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from mammosim.core.mesh import TetMesh
+from mammosim.figures.bodies import coloured_skin
 from mammosim.figures.render import Camera, render
-from mammosim.figures.series import colours, labelled, panels, some
-from mammosim.figures.style import SEQUENTIAL, SERIES, new_figure, scale_bar, styled
-from mammosim.figures.surfaces import coloured_skin, draw_outlines
+from mammosim.figures.series import add_legend, colours, labelled, panels, some
+from mammosim.figures.style import BAR_ROOM_MM, SEQUENTIAL, SERIES, new_figure, scale_bar, styled
+from mammosim.figures.surfaces import draw_outlines
 
 NOT_COMPARED = (0.84, 0.85, 0.87)
 FRONT = Camera.at(0, 12)
-BAR_ROOM_MM = 18.0
 # Quantities of validation.csv that are compared between models.
 QUANTITIES = {
     "nipple_left": "nipple, left",
@@ -60,13 +60,13 @@ def prediction(
 
     shapes: name -> mesh, e.g. measured and predicted; distances: position -> (n,) mm between the two skins.
     """
-    figure = new_figure(6.4)
-    axes = figure.subplots(2, 2, width_ratios=(1.5, 1))
+    figure = new_figure(5.2)
+    axes = figure.subplots(2, 2, width_ratios=(1.3, 1))
     draw_outlines(axes[0, 0], shapes, "axial", z_mm)
     draw_outlines(axes[0, 1], shapes, "sagittal", x_mm)
     axes[0, 0].set_title(f"axial, z = {z_mm:.0f} mm")
     axes[0, 1].set_title(f"sagittal, x = {x_mm:.0f} mm")
-    axes[0, 0].legend(loc="lower center")
+    add_legend(figure, labelled(axes[0, 0]))
     _draw_map(axes[1, 0], skin)
     _draw_shares(axes[1, 1], distances)
     return figure
@@ -79,12 +79,13 @@ def _draw_map(ax: Axes, skin: SkinMap) -> None:
     scale = Normalize(0, float(np.percentile(d[known], 99)) if known.any() else 1.0)
     rgb = np.where(known[:, None], colormaps[SEQUENTIAL](scale(d))[:, :3], NOT_COMPARED)
     render((coloured_skin(skin.mesh, rgb),), FRONT).show(ax)
-    ax.set_ylim(bottom=ax.get_ylim()[0] - BAR_ROOM_MM)
-    scale_bar(ax)
-    ax.set_title("measured skin, distance to the prediction")
+    scale_bar(ax, room_mm=BAR_ROOM_MM)
+    ax.set_title("distance of the measured skin")
     figure = ax.get_figure()
     if figure is not None:
-        bar = figure.colorbar(ScalarMappable(scale, SEQUENTIAL), ax=ax, shrink=0.75, label="distance (mm)")
+        bar = figure.colorbar(
+            ScalarMappable(scale, SEQUENTIAL), ax=ax, shrink=0.9, label="distance (mm)", extend="max"
+        )
         bar.outline.set_visible(False)
 
 

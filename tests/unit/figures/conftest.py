@@ -1,17 +1,46 @@
 """A made-up torso with two breasts as a small mesh and as images: plausible shapes for pictures."""
 
+import re
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, FACES, TetMesh
 from mammosim.core.volume import Image, LabelMap, grid_around
+from mammosim.figures import style
 
 CUBE = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
 NIPPLES = np.array([[75.0, 0, -4], [-75.0, 0, -4]])
+
+
+@pytest.fixture(autouse=True)
+def no_letter_is_too_small(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Of every figure that a test of this folder draws, at the width of a printed page."""
+    drawn: list[Figure] = []
+    apart = style.keep_names_apart
+    monkeypatch.setattr(style, "keep_names_apart", lambda figure: (drawn.append(figure), apart(figure)))
+    yield
+    small = [
+        (text.get_text(), text.get_fontsize())
+        for figure in drawn
+        for text in figure.findobj(Text)
+        if text.get_text().strip() and text.get_fontsize() < 8.0
+    ]
+    assert not small
+    # 17 cm, which a page prints at full size; narrower ones are not enlarged.
+    assert all(figure.get_figwidth() <= 17.1 / 2.54 for figure in drawn)
+
+
+def title(ax: Axes) -> str:
+    """The title of a panel without its letter."""
+    return re.sub(r"^[a-z]{1,2}(  |$)", "", ax.get_title(loc="left"))
 
 
 @pytest.fixture(scope="session")

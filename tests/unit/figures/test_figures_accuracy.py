@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from conftest import title
 
 from mammosim.chain.quantities import QUANTITIES
 from mammosim.figures import accuracy as figures
@@ -45,7 +46,7 @@ def test_every_parameter_is_a_picture_with_todays_setting_marked(table):
 def test_a_parameter_of_which_nothing_can_be_said_is_left_out(table):
     table.loc[table.parameter == "voxels", "error"] = np.nan
     figure = figures.accuracy(table, "nipple_mm")
-    assert "voxels" not in [ax.get_title(loc="left") for ax in figure.axes]
+    assert "voxels" not in [title(ax) for ax in figure.axes]
 
 
 def test_orders_and_budget_name_every_parameter_and_quantity(table):

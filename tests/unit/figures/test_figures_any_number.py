@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import make_mesh
+from conftest import make_mesh, title
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -261,14 +261,15 @@ def ticks(axis: Any) -> int:
 
 
 def unloaded(figure: Figure) -> int:
-    """Lines of three moduli, of two methods each, in the first column."""
-    every = [line for ax in figure.axes[::3] for line in ax.lines if line.get_marker() != "x"]
+    """Lines of three moduli, of two methods each, in the panels of the first quantity."""
+    panels = [ax for ax in figure.axes if ax.get_ylabel().startswith("error of the skin")]
+    every = [line for ax in panels for line in ax.lines if line.get_marker() != "x"]
     return sum(len(line.get_xdata()) == 3 for line in every) // 2
 
 
 def breasts_with_bars(figure: Figure) -> int:
     """Rows of two panels, or what one row says that it is of."""
-    said = re.match(r"median of (\d+) breasts", figure.axes[0].get_title(loc="left"))
+    said = re.match(r"median of (\d+) breasts", title(figure.axes[0]))
     return int(said[1]) if said else len(figure.axes) // 2
 
 
@@ -434,7 +435,7 @@ def test_strain_and_pressure_of_any_number_of_strategies(n, monkeypatch):
     cells, faces = len(SKIN.cells), len(SKIN.boundaries["skin"])
     strained = strategies.Strained(SKIN, np.ones(cells), np.ones(cells), np.ones(faces))
     figure = strategies.discomfort(dict.fromkeys(names(n), strained), centre=np.array([75.0, -60.0, 0.0]))
-    assert titled(figure) == n
+    assert [title(ax) for ax in figure.axes if ax.images][::3] == names(n)
     assert sum(len(ax.images) for ax in figure.axes) == 3 * n
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from conftest import title
 
 from mammosim.figures import campaigns as figures
 from mammosim.study.campaigns.campaign import Campaign
@@ -65,7 +66,7 @@ def test_lines_have_a_panel_for_each_name_and_a_colour_for_each_number():
     campaign, table = made(GRID)
     figure = figures.lines(campaign, table, "agd_mgy")
     standard, flexible, bar = figure.axes
-    assert [ax.get_title(loc="left") for ax in (standard, flexible)] == ["standard", "flexible"]
+    assert [title(ax) for ax in (standard, flexible)] == ["standard", "flexible"]
     assert bar.get_ylabel() == "thickness (mm)"
     assert len(standard.lines) == 3
     assert len({line.get_color() for line in standard.lines}) == 3

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from mammosim.core.labels import Label
@@ -170,17 +171,32 @@ def test_a_row_without_solution_is_a_cross_and_not_a_point(torso):
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_the_axis_of_a_mammogram_begins_at_the_chest_wall_which_hangs_at_the_side_of_the_breast(side):
+def test_a_mammogram_hangs_with_the_chest_wall_at_the_side_of_the_breast_and_lateral_above(side):
     given = shot()
     given["image"] = np.where(given["lesion"], 100.0, given["image"])
     ax = radiograph.mammogram(**given, side=side).axes[0]
-    assert (ax.get_xlim()[0] == 0) == (side == "left")
-    assert ax.patches[0].center[0] == pytest.approx(20.5)  # mm, from the row of the chest wall
+    assert ax.get_xlim()[0] < ax.get_xlim()[1]
     shown = ax.images[0].get_array()
+    # Its rows run from the chest wall, its columns to the patient's right: medial of the left breast.
+    from_wall = ax.patches[0].center[0] if side == "left" else shown.shape[1] - ax.patches[0].center[0]
+    assert from_wall == pytest.approx(20.5)  # mm
+    dark = np.asarray(shown) < 0.01
+    assert dark[:, 0 if side == "right" else -1].all(), "air beyond the nipple"
+    words = {text.get_text(): text.get_position() for text in ax.texts}
+    assert words[f"{side[0].upper()} CC\nlateral"][1] < words["medial"][1], "mm downward"
+    assert (words["chest wall"][0] < 0.5) == (side == "left")
     left, right, bottom, _ = ax.images[0].get_extent()
     row, column = np.argwhere(shown == shown.max()).mean(axis=0) + 0.5
     drawn = left + (right - left) * column / shown.shape[1], bottom * row / shown.shape[0]
     assert ax.patches[0].center == pytest.approx(drawn, abs=0.6)  # half a pixel
+
+
+def test_a_skin_has_the_same_colour_as_an_outline_and_as_a_bar(torso):
+    shapes = {"measured, prone": torso.mesh, "without skin": torso.flat, "skin 10 kPa": torso.flat}
+    rows = pd.DataFrame({"skin_kpa": [0.0, 10.0], "max_displacement_mm": [20.0, 15.0]})
+    outlines, bars = deformation.upright(shapes, rows, x_mm=75.0).axes
+    lines = [to_hex(line.get_colors()[0]) for line in outlines.collections]
+    assert [to_hex(bar.get_facecolor()) for bar in bars.patches] == lines[1:]
 
 
 def test_labels_of_every_tissue_have_a_colour_in_the_phantom(torso):

@@ -1,9 +1,24 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from conftest import front, wall
+from skimage.measure import perimeter
+from skimage.morphology import convex_hull_image
 
+from mammosim.figures.bodies import (
+    balls_solid,
+    boundary_triangles,
+    box_solid,
+    coloured_skin,
+    cut_solids,
+    section,
+    skin_solid,
+    tissue_rgb,
+)
 from mammosim.figures.render import Camera, Solid, render
 from mammosim.figures.slices import extent_of, slice_of
-from mammosim.figures.surfaces import balls_solid, boundary_triangles, box_solid, cut_solid, outline
+from mammosim.figures.surfaces import outline, pieces
 
 FRONT = Camera.at(0, 0)
 
@@ -52,14 +67,92 @@ def test_an_outline_lies_in_its_plane_and_on_the_skin(torso):
     assert np.ptp(ends[:, 2]) == pytest.approx(190)
 
 
-def test_a_cut_shows_only_elements_on_its_side_and_closes_them(torso):
-    mesh = torso.mesh
-    kept = mesh.points[mesh.cells[:, :4]].mean(axis=1)[:, 0] < 75
-    solid = cut_solid(mesh, kept)
-    p = solid.points[solid.triangles]
-    area = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]).sum(axis=0)
-    # A closed surface has no net area; coordinates of 1e2 and 1e3 triangles leave rounding of 1e-10.
-    np.testing.assert_allclose(area, 0, atol=1e-7)
+def block(torso):
+    """The torso straightened: 300 by 40 by 190 mm."""
+    x, y, z = torso.mesh.points.T
+    depth = (y - front(x, z, 52.0)) / (wall(x) - front(x, z, 52.0))
+    return torso.mesh.moved_to(np.stack([x, 40 * depth, z], axis=1))
+
+
+@pytest.mark.parametrize("x", [-149.0, 0.0, 12.3, 75.0, 149.0])
+def test_a_section_lies_in_its_plane_faces_the_viewer_and_has_the_area_of_the_body(torso, x):
+    points, triangles, cells = section(block(torso), x)
+    np.testing.assert_allclose(points[:, 0], x, atol=1e-9)
+    p = points[triangles]
+    area = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 0] / 2
+    assert (area >= 0).all()
+    assert area.sum() == pytest.approx(40 * 190)
+    ends = block(torso).points[torso.mesh.cells[cells]][:, :, 0]
+    assert np.all((ends.min(axis=1) <= x) & (ends.max(axis=1) >= x)), "of the cell that is cut there"
+
+
+def test_a_section_between_layers_is_cut_also_where_nodes_lie_in_the_plane(torso):
+    points, triangles, _ = section(block(torso), float(torso.mesh.points[0, 0] + 300 / 16 * 3))
+    p = points[triangles]
+    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2
+    assert area == pytest.approx(40 * 190)
+
+
+def test_a_cut_shows_nothing_beyond_it_and_the_true_colours_on_it(torso):
+    seen = Camera.at(90, 0)
+    rgb = tissue_rgb(torso.mesh.tissue)
+    picture = render(cut_solids(block(torso), 75.0, rgb), seen, columns=120)
+    shown = picture.rgba[picture.rgba[..., 3] == 1][:, :3]
+    same = (np.abs(shown[:, None] - np.unique(rgb, axis=0)[None]).max(axis=2) < 1e-3).any(axis=1)
+    assert same.mean() > 0.8, "but for its outline, the picture is the section, in the colours of the legend"
+    outside, _ = cut_solids(torso.mesh, 75.0, rgb)
+    oblique = render((outside,), Camera.at(0, 0), columns=100, extent=(-160, 160, -100, 100))
+    covered = np.flatnonzero((oblique.rgba[..., 3] > 0.5).any(axis=0))
+    assert -160 + (covered.max() + 1) * 3.2 == pytest.approx(75, abs=3.2)
+
+
+def torn(torso):
+    """The same body, of whose skin every other face along the rim counts as held."""
+    skin = torso.mesh.boundaries["skin"]
+    x, _, z = torso.mesh.points[skin[:, :3]].mean(axis=1).T
+    rim = (np.abs(z) > 78) | (np.abs(x) > 134)
+    lost = rim & (np.arange(len(skin)) % 2 == 0)
+    held = np.vstack([torso.mesh.boundaries["posterior"], skin[lost]])
+    return replace(torso.mesh, boundaries={"skin": skin[~lost], "posterior": held})
+
+
+def roughness(picture) -> float:
+    """Length of the outline over that of the convex hull."""
+    body = np.pad(picture.rgba[..., 3] > 0.5, 2)
+    return float(perimeter(body) / perimeter(convex_hull_image(body)))
+
+
+def test_the_skin_has_a_smooth_rim_though_its_faces_end_in_teeth(torso):
+    mesh = torn(torso)
+    raw = Solid.of(mesh.points, boundary_triangles(mesh.boundaries["skin"]), "#888888")
+    assert roughness(render((raw,), FRONT, columns=300)) > 1.3
+    assert roughness(render((skin_solid(mesh),), FRONT, columns=300)) < 1.08
+    whole = render((skin_solid(torso.mesh),), FRONT, columns=300, extent=(-160, 160, -100, 100))
+    covered = (whole.rgba[..., 3] > 0.5).mean() * 320 * 200
+    assert covered > 0.6 * 300 * 190, "and most of it is there, but for an element along the rim"
+
+
+def test_colours_of_the_skin_stay_with_their_faces(torso):
+    skin = torso.mesh.boundaries["skin"]
+    left = torso.mesh.points[skin[:, :3]].mean(axis=1)[:, 0] > 0
+    rgb = np.where(left[:, None], (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    picture = render((coloured_skin(torso.mesh, rgb),), FRONT, columns=100, extent=(-160, 160, -100, 100))
+    r, _, b = picture.rgba[picture.rgba.shape[0] // 2, [30, 70], :3].T
+    assert r[0] > 3 * b[0]
+    assert b[1] > 3 * r[1]
+
+
+def test_pieces_of_an_outline_are_joined_and_scraps_are_left_out():
+    square = np.array([[0.0, 0, 0], [50, 0, 0], [50, 50, 0], [0, 50, 0]])
+    loop = np.stack([square, np.roll(square, -1, axis=0)], axis=1)
+    scrap = np.array([[[90.0, 0, 0], [95, 0, 0]], [[100, 0, 0], [95, 0, 0]]])
+    line = np.array([[[0.0, 80, 0], [20, 80, 0]], [[40, 80, 0], [20, 80, 0]]])
+    found = pieces(np.vstack([loop[[2, 0]], scrap, loop[[1, 3]][:, ::-1], line]))
+    assert sorted(len(each) for each in found) == [3, 5]
+    (closed,) = [each for each in found if len(each) == 5]
+    np.testing.assert_array_equal(closed[0], closed[-1])
+    (open_one,) = [each for each in found if len(each) == 3]
+    assert sorted(open_one[:, 0]) == list(open_one[:, 0]) or sorted(-open_one[:, 0]) == list(-open_one[:, 0])
 
 
 def test_a_slice_is_the_one_nearest_to_the_asked_place(torso):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from conftest import title
 
 from mammosim.figures.identification import recovery
 from mammosim.figures.style import VERMILION
@@ -20,7 +21,7 @@ def table():
 
 def test_each_tissue_that_the_volunteers_have_is_a_picture_on_equal_log_axes():
     axes = [ax for ax in recovery(table()).axes if ax.axison]
-    assert [ax.get_title(loc="left") for ax in axes] == ["adipose", "skin"]
+    assert [title(ax) for ax in axes] == ["adipose", "skin"]
     for ax in axes:
         assert ax.get_xscale() == ax.get_yscale() == "log"
         assert ax.get_xlim() == ax.get_ylim()

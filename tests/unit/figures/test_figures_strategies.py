@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from conftest import title
 from matplotlib.image import AxesImage
 
 from mammosim.core.errors import MissingResult
@@ -62,11 +63,11 @@ def test_one_thickness_scale_serves_all_strategies_and_one_that_failed_is_named(
     figure = thickness_maps(maps)
     scales = {panel.collections[0].get_clim() for panel in figure.axes[:2]}
     assert len(scales) == 1
-    titles = [ax.get_title(loc="left") for ax in figure.axes[:3]]
+    titles = [title(ax) for ax in figure.axes[:3]]
     assert ["failed" in title for title in titles] == [False, False, True]
 
 
-def test_strain_energy_and_pressure_stand_in_rows_with_a_scale_each(torso):
+def test_strain_energy_and_pressure_stand_in_columns_with_a_scale_each(torso):
     n_cell, n_face = len(torso.mesh.cells), len(torso.mesh.boundaries["skin"])
     strained = {
         name: Strained(mesh, np.linspace(0, 1, n_cell), np.linspace(0, 2, n_cell), np.linspace(-1, 5, n_face))
@@ -75,7 +76,7 @@ def test_strain_energy_and_pressure_stand_in_rows_with_a_scale_each(torso):
     figure = discomfort(strained, centre=np.array([75.0, -60.0, 0.0]))
     pictures = [ax for ax in figure.axes if any(isinstance(child, AxesImage) for child in ax.images)]
     assert len(pictures) == 3 * 2
-    bars = [ax.get_ylabel() for ax in figure.axes if ax.get_label() == "<colorbar>"]
+    bars = [ax.get_xlabel() for ax in figure.axes if ax.get_label() == "<colorbar>"]
     assert [label.split(" (")[1] for label in bars] == ["-)", "kPa)", "kPa)"]
 
 

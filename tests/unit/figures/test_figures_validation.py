@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from conftest import title
 
 from mammosim.figures.identification import propagation
 from mammosim.figures.validation import SkinMap, prediction, wrong_model
@@ -26,7 +27,7 @@ def test_every_position_has_a_curve_that_ends_at_all_of_its_skin(torso):
         x_mm=75.0,
         z_mm=0.0,
     )
-    curves = next(ax for ax in figure.axes if ax.get_title(loc="left") == "all positions").lines
+    curves = next(ax for ax in figure.axes if title(ax) == "all positions").lines
     assert [line.get_label() for line in curves] == list(distances)
     assert [float(np.max(line.get_xdata())) for line in curves] == [4.0, 5.0]
     assert all(np.max(line.get_ydata()) == 100 for line in curves)
@@ -65,5 +66,5 @@ def test_the_right_and_the_wrong_model_stand_side_by_side_in_every_position():
     figure = wrong_model(
         pd.DataFrame(rows, columns=["position", "fitted", "quantity", "right_mm", "wrong_mm"])
     )
-    assert [ax.get_title(loc="left") for ax in figure.axes] == ["supine, fitted", "supine tilted, held out"]
+    assert [title(ax) for ax in figure.axes] == ["supine, fitted", "supine tilted, held out"]
     assert all(sorted(bar.get_width() for bar in ax.patches) == [1.0] * 5 + [2.0] * 5 for ax in figure.axes)

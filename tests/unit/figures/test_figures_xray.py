@@ -40,9 +40,12 @@ def test_slices_are_hung_with_the_chest_wall_at_the_side_of_the_breast(side, che
     shown, (circle,) = first.images[0].get_array(), first.patches
     row, column = np.unravel_index(np.argmax(shown), shown.shape)
     # 15 voxels from front to back: the third is eleven from the chest wall
-    np.testing.assert_allclose(circle.center, ((11 + 0.5) * 2.0, (row + 0.5) * 2.0))
+    np.testing.assert_allclose(circle.center, ((column + 0.5) * 2.0, (row + 0.5) * 2.0))
     assert column == (11, 14 - 11)[chest_wall]
-    assert first.get_xlim()[chest_wall] == 0
+    assert first.get_xlim()[0] < first.get_xlim()[1]
+    said = {text.get_text(): text.get_position()[0] for text in first.texts}
+    assert (said["chest wall"] > 0.5) == bool(chest_wall)
+    assert (said["medial"] > 0.5) != bool(chest_wall), "the nipple points away from the chest wall"
     assert [line.get_ydata()[1] for line in depth.lines[:2]] == [1.0, 1.0]
 
 

@@ -1,5 +1,6 @@
 """A job without an answer says why in every output; a setting that cannot be meant, and a fault, stop it."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pandas as pd
@@ -29,7 +30,7 @@ def job(tmp_path):
         log=["job.log"],
         threads=1,
         wildcards={"v": "ada", "side": "left", "kpa": "0.5", "also": "-01234567"},
-        output=[str(tmp_path / name) for name in ("row.csv", "shape.vtu", "figure.png")],
+        output=[str(tmp_path / name) for name in ("row.csv", "shape.vtu", "figure.png", "figure.pdf")],
         params={"moduli": "gravity", "library": "0123", "solver": "4567"},
     )
 
@@ -42,13 +43,14 @@ def test_rows_are_told_apart_by_the_wildcards_under_the_names_of_their_columns(s
 
 
 def require_missing(job, reason):
-    row, shape, figure = job.output
+    row, shape, figure, vector = job.output
     assert read_rows(row).to_dict("records") == [
         {**JOB, "youngs_modulus_kpa": 0.5, "outcome": f"missing: {reason}"}
     ]
     with pytest.raises(MissingResult) as error:
         read_json(shape)
     assert str(error.value) == missing_reason(figure) == reason
+    assert Path(vector).read_bytes().startswith(b"%PDF"), "the notice, as the picture shows it"
 
 
 def test_without_an_answer_every_output_says_whose_and_why_in_one_line(stage, job, capsys):

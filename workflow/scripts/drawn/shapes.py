@@ -16,7 +16,7 @@ from mammosim.io.transforms import read_transform
 def upright(files: dict, told: dict, job: dict) -> Figure:
     """told: skin_kpa, the moduli of the skin in the order of the shapes."""
     shapes = {"measured, prone": (measured := read_mesh(files["measured"]))}
-    for E, path in zip(told["skin_kpa"], files["shapes"]):
+    for E, path in sorted(zip(told["skin_kpa"], files["shapes"])):
         name = "without skin" if E == 0 else f"skin {E:g} kPa"
         shapes[name] = measured.moved_to(read_point_data(path, "predicted"))
     table = read_table(files["table"])
