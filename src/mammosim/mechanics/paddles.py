@@ -204,7 +204,10 @@ class Plates:
         return 2 * float(np.abs(y[under, 2]).max())
 
     def gap(self, points: np.ndarray, thickness_mm: float, q: np.ndarray) -> np.ndarray:
-        """Distance between the faces (n,) mm, along the last axis at points (n, 3); NaN beside the plates."""
+        """Distance between the faces (n,) mm, along the last axis at points (n, 3); NaN beside the plates.
+
+        thickness_mm: between the plates before the paddle yields; q (m,): its unknowns.
+        """
         y = ((points - self.centre) @ self.axes)[:, :2]
         gap = thickness_mm + self.paddle.rise(y, self.half_sizes, q)
         return np.where(np.all(np.abs(y) <= self.half_sizes[:2], axis=1), gap, np.nan)

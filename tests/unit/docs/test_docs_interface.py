@@ -59,11 +59,12 @@ def test_a_public_class_says_what_it_holds(name):
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_methods_of_a_public_class_say_what_they_take(name):
-    for method, function in inspect.getmembers(getattr(ms, name), inspect.isroutine):
-        if not method.startswith("_") and method in vars(getattr(ms, name)):
-            text = inspect.getdoc(function) or ""
-            assert text, method
-            assert unnamed(text, arguments(function)) == [], f"{name}.{method}"
+    of = vars(getattr(ms, name))
+    methods = inspect.getmembers(getattr(ms, name), inspect.isroutine)
+    public = [(each, found) for each, found in methods if each in of and not each.startswith("_")]
+    silent = {each: unnamed(inspect.getdoc(found), arguments(found)) for each, found in public}
+    assert all(inspect.getdoc(found) for _, found in public)
+    assert {each: lacking for each, lacking in silent.items() if lacking} == {}
 
 
 def test_something_is_reached():
