@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
 
-.PHONY: study smoke robust machines peers cluster test test-cluster test-faults lint format lock clean
+.PHONY: study smoke robust machines peers cluster test test-cluster test-faults docs lint format lock clean
 .DEFAULT_GOAL := study
 
 study: $(VENV)/ready  ## regenerate every table and figure: results/study/report.html
@@ -42,6 +42,9 @@ lint: $(VENV)/ready  ## formatting, linting, types, import contracts, workflow
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/snakemake --lint 2>&1 | $(BIN)/python tools/check_lint.py
+
+docs: $(VENV)/ready  ## the documentation as a site, offline: site/docs/index.html
+	$(BIN)/sphinx-build --quiet --fresh-env --fail-on-warning --keep-going --conf-dir docs . site
 
 format: $(VENV)/ready
 	$(BIN)/ruff format .
@@ -99,4 +102,4 @@ lock:  ## renew environment.lock, cluster.lock and peers.lock from pyproject.tom
 	uv pip compile --group pyproject.toml:peers $(LOCKED) --output-file peers.lock
 
 clean:  ## forget the environment and every result
-	rm -rf $(VENV) $(PEERS) results smoke robust .snakemake
+	rm -rf $(VENV) $(PEERS) results smoke robust site .snakemake

@@ -138,9 +138,9 @@ class Chain:
         return replace(self, effects=frozenset(effects))
 
     def with_settings(self, changes: Mapping[str, Any]) -> "Chain":
-        """The same with other values of the settings with these dotted names, and all that was made.
+        """The same with other values of some settings, and all that was made.
 
-        Raises ConfigurationError for a name that the settings lack.
+        changes: dotted name -> value. Raises ConfigurationError for a name that the settings lack.
         """
         settings = self.settings
         for name, value in changes.items():
@@ -157,11 +157,11 @@ class Chain:
         return replace(self, files={**self.files, **{self.key(name): paths for name, paths in files.items()}})
 
     def upstream(self, name: str) -> tuple[str, ...]:
-        """The products that one is made of with these settings, each after those that it needs itself."""
+        """The products that `name` is made of with these settings, each after those that it needs itself."""
         return _in_order(self.needs, name)
 
     def needs(self, name: str) -> tuple[str, ...]:
-        """The products that one needs with these settings and effects."""
+        """The products that `name` needs with these settings and effects."""
         stage = self.stages[name]
         inputs = Inputs(self, stage)
         return tuple(
@@ -171,12 +171,12 @@ class Chain:
         )
 
     def seconds(self, name: str) -> dict[str, float]:
-        """Processor time that a product and each that it is made of took, as far as they were made."""
+        """Processor time that `name` and each product that it is made of took, as far as they were made."""
         keys = {each: self.key(each) for each in (*self.upstream(name), name)}
         return {each: self.made[key].seconds for each, key in keys.items() if key in self.made}
 
     def key(self, name: str) -> Key:
-        """All that a product depends on: two chains that agree in it share the product."""
+        """All that the product `name` depends on: two chains that agree in it share the product."""
         if name not in self.keys:
             self.keys[name] = self._key(name)
         return self.keys[name]
@@ -191,7 +191,7 @@ class Chain:
         )
 
     def setting(self, name: str) -> Any:
-        """The setting with a dotted name. Raises ConfigurationError when there is none."""
+        """The setting with a dotted name, 'xray.voxel_mm'. Raises ConfigurationError when there is none."""
         value = self.settings
         for part in name.split("."):
             if not isinstance(value, Mapping) or part not in value:
@@ -202,7 +202,7 @@ class Chain:
         return value
 
     def make(self, name: str) -> Made:
-        """A product, made or read unless it was before, or why it was not, again each time."""
+        """The product `name`, made or read unless it was before, or why it was not, again each time."""
         key = self.key(name)
         if key not in self.made:
             stage, read = self.stages[name], key in self.files

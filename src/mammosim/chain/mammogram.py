@@ -107,7 +107,13 @@ def xray_phantom(labels: LabelMap) -> Phantom:
 def dose_in(
     labels: LabelMap, geometry: Geometry, spectrum: Spectrum, *, relative_error: float, seed: int
 ) -> GlandularDose:
-    """Glandular dose of this breast by Monte Carlo, to the asked relative standard error."""
+    """Glandular dose of this breast by photon Monte Carlo.
+
+    labels (nz, ny, nx): the pressed breast; geometry: source and detector, mm; spectrum: in vacuum, per mAs;
+    relative_error: the standard error to reach, relative; seed: of the random streams.
+    Returns mGy per mAs with its standard error, and the incident air kerma.
+    Raises XrayError where no voxel is gland, or the error would take too many photons.
+    """
     # ASSUME: the support is not in the beam; the paddle attenuates it, but scatters nothing into the breast.
     phantom = xray_phantom(labels)
     setup = ExposureSetup(phantom, geometry, spectrum)

@@ -74,5 +74,5 @@ class TetMesh:
         return replace(self, points=points)
 
     def boundary_nodes(self, name: str) -> np.ndarray:
-        """Sorted node numbers of a named boundary."""
+        """Sorted node numbers (n,) of the boundary with this name. Raises KeyError where there is none."""
         return np.unique(self.boundaries[name])

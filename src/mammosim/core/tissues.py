@@ -17,8 +17,9 @@ WITH_MODULUS = ("adipose", "glandular", "skin", "fascia", "muscle")
 
 @dataclass(frozen=True)
 class Tissue:
-    """Isotropic neo-Hookean tissue: E [kPa], nu [-], density [g/cm3].
+    """Isotropic neo-Hookean tissue.
 
+    youngs_modulus_kpa: E; poisson_ratio: nu [-]; density_g_cm3: density.
     Raises MechanicsError when E <= 0 or looks like Pa, nu is outside [0, 0.5), or density < 0.
     """
 

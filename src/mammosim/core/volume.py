@@ -50,7 +50,7 @@ class Grid:
         return float(np.prod(self.spacing))
 
     def same_as(self, other: "Grid") -> bool:
-        """Whether both place the same voxels at the same points, to 1e-3 mm."""
+        """Whether this and the other grid place the same voxels at the same points, to 1e-3 mm."""
         return self.shape == other.shape and all(
             np.allclose(a, b, atol=1e-3)
             for a, b in [

@@ -143,8 +143,11 @@ def register(
     *,
     settings: Settings = DEFAULT,
 ) -> Registration:
-    """Register `moving` on `fixed` by their chest markers (4, 3), in any order, and then by the images.
+    """Register `moving` on `fixed` by their chest markers, and then by the images inside the rib cage.
 
+    fixed_markers, moving_markers: (4, 3) mm, in any order, each in the frame of its image; settings: levels,
+    iterations, samples. Returns both motions, of points of the moving frame into the fixed one, and a row per
+    step. Kabsch 1976, then correlation by regular steps.
     Raises FiducialError when the markers do not match, ImageError when no rib cage is in the fixed image.
     """
     fixed, moving = coarsened(fixed, settings.voxel_mm), coarsened(moving, settings.voxel_mm)

@@ -68,9 +68,12 @@ AT_ONCE = 200_000
 
 @dataclass(frozen=True)
 class Settings:
-    """Classifier of CLASSIFIERS and its trees; half width of the neighbourhood; curvature steps; seed.
+    """How an image is segmented.
 
-    voxel_mm: of the images, to which finer ones are averaged.
+    classifier: of CLASSIFIERS, with so many trees; neighbourhood_mm: half width of what a voxel is compared
+    with; smoothing: curvature steps; seed: of the classifier; voxel_mm: of the images, to which finer ones
+    are averaged.
+    Raises ConfigurationError for a value out of its limits.
     """
 
     classifier: str = "random_forest"
@@ -128,6 +131,8 @@ CLASSIFIERS: Mapping[str, Callable[[Settings], "ClassifierMixin"]] = {
 def segment(image: Image, strokes: pd.DataFrame | None = None, *, settings: Settings) -> Segmentation:
     """Label every voxel of an image, from strokes (x_mm, y_mm, z_mm, tissue) painted in it where given.
 
+    settings: classifier, neighbourhood in mm, smoothing, seed. Returns labels (nz, ny, nx) and the
+    probability of gland, on the image's grid.
     The tissue that moves is one piece without cavities: the thorax behind it, the air around, skin between.
     Raises SegmentationError: a missing column, an unknown tissue, a tissue without strokes, a point outside;
     without strokes, no body at the midline.

@@ -19,7 +19,11 @@ from mammosim.io.whole import AGAIN, require_written, unpacked
 
 
 def read_image(path: str | Path) -> Image:
-    """Intensities (nz, ny, nx) float32, axes permuted and flipped to the order (z, y, x), not resampled.
+    """Read an image file.
+
+    path: `.nii`, `.nii.gz`, `.nrrd`, `.nhdr`, `.mha` or `.mhd`.
+    Returns intensities (nz, ny, nx) float32 in the patient frame LPS, mm, axes permuted and flipped to the
+    order (z, y, x), not resampled.
 
     Raises ImageError when the file is absent, unreadable, damaged, not placed in the patient, not a volume,
     or holds values that are no numbers; MissingResult when it says that the image is missing.
@@ -33,7 +37,11 @@ def write_image(image: Image, path: str | Path) -> None:
 
 
 def read_labels(path: str | Path) -> LabelMap:
-    """Labels (nz, ny, nx) uint8. Raises ImageError as `read_image`, or for values other than 0, 1, .. 255."""
+    """Read labels from a file.
+
+    path: as of `read_image`. Returns labels (nz, ny, nx) uint8, axes in the order (z, y, x).
+    Raises ImageError as `read_image`, or for values other than 0, 1, .. 255.
+    """
     volume = _read(path)
     values = sitk.GetArrayFromImage(volume)
     labels = values.astype(np.uint8)

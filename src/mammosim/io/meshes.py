@@ -32,8 +32,9 @@ def write_mesh(
     point_data: Mapping[str, np.ndarray] | None = None,
     cell_data: Mapping[str, np.ndarray] | None = None,
 ) -> None:
-    """Write a mesh and fields on it: point_data name -> (n_node, ...), cell_data name -> (n_cell, ...).
+    """Write a mesh and fields on it to path, a `.vtu` file that ParaView reads.
 
+    point_data: name -> (n_node, ...); cell_data: name -> (n_cell, ...), units in the names.
     Tensors are stored as rows of components. On boundary triangles cell data are nan, or 0 where integers.
     Raises MeshError when a boundary has no number in BOUNDARY_NUMBERS.
     """
@@ -83,7 +84,10 @@ def _nothing(values: np.ndarray, n: int) -> np.ndarray:
 
 
 def read_mesh(path: str | Path) -> TetMesh:
-    """The mesh that `write_mesh` wrote, its boundaries in the order of BOUNDARY_NUMBERS.
+    """Read a mesh.
+
+    path: a `.vtu` file. Returns the mesh that `write_mesh` wrote, points in mm, its boundaries in the order
+    of BOUNDARY_NUMBERS.
 
     Raises MeshError when the file holds no quadratic tetrahedra or no tissue, MissingResult when it says that
     the mesh is missing.

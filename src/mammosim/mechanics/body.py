@@ -23,7 +23,8 @@ from mammosim.mechanics.reference import face_quadrature, faces_of
 class Skin:
     """Skin as a membrane: E [kPa] and nu [-], of which mu = E / (2 (1 + nu)) enters, and its thickness.
 
-    E and thickness_mm: a number, or one per face of the boundary (n_face,).
+    youngs_modulus_kpa and thickness_mm: a number, or one per face of the boundary (n_face,);
+    poisson_ratio: nu; boundary: of the mesh, on which it lies.
 
     Raises MechanicsError when a parameter is out of range.
     """
@@ -133,6 +134,7 @@ class Body:
     ) -> Equilibrium:
         """The equilibrium under gravity, unit vector (3,), of a mesh whose points are stress-free.
 
+        start (n_node, 3) mm: a shape to begin with, by default at rest; settings: of the solver.
         Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified one was reached.
         """
         effects, weight = self.effects(mesh), self.weight(mesh, gravity)

@@ -45,6 +45,7 @@ _CLEARANCE = 0.01
 class Compression:
     """points (n_node, 3) mm; stages: the way there; plates and contacts: paddle and support at the end.
 
+    equilibrium: of the last step; between: the plates as they were asked for.
     path: one row per step: thickness_mm (between the faces at their middle), readout_mm (before the paddle
     yields), force_n (of the skin on the paddle along the axis), support_force_n, chest_force_n (on the body
     by held nodes, chest wall and weight, so that the first is the sum of the others), contact_area_mm2 and
@@ -78,6 +79,8 @@ def compress(
 ) -> Compression:
     """Press a body, whose mesh.points are stress-free, between the plates to a thickness or a force.
 
+    control: `Thickness`, mm, or `Force`, N; settings: steps, penetration, solver.
+    Returns the shape (n_node, 3) mm, a row per step, and plates and contacts at the end.
     The plates start at first contact with the body, and approach symmetrically; a step that fails is halved.
     effects may hold more than tissue and skin: weight, under which the body is at the start, and a chest
     wall. held (n_node, 3) bool, default all components of the nodes of `posterior`.

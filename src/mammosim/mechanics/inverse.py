@@ -43,8 +43,9 @@ _ON_THE_WAY = 1e-3
 
 @dataclass(frozen=True)
 class InverseSettings:
-    """tolerance: of the free forces relative to the weight; smallest_step: of a Newton step, relative.
+    """tolerance: of the free forces relative to the weight, met in max_iterations.
 
+    smallest_step: of a Newton step, relative;
     linear_accuracy: of each linear system, relative; smallest_load_step: of the weight, before it gives up.
     """
 
@@ -142,8 +143,11 @@ def inverse(
     start: np.ndarray | None = None,
     settings: InverseSettings | None = None,
 ) -> Unloaded:
-    """The shape without gravity (3,) by the inverse formulation; start (n_node, 3): a first guess.
+    """The shape without gravity by the inverse formulation: Newton on X (Govindjee & Mihalic 1996).
 
+    measured: the mesh as it was measured, points in mm; body: what it is made of; gravity (3,): unit vector;
+    start (n_node, 3) mm: a first guess; settings: tolerances. Returns points (n_node, 3) mm and a row per
+    iteration.
     The history's distances are those of each correction. Without a start it begins with reverse gravity,
     under as much of the weight as Newton can begin with, and brings on the rest.
     Raises MechanicsError for an ill-posed problem, EquilibriumError when no reference was found, or when the

@@ -164,8 +164,9 @@ class Plates:
         plate_thickness_mm: float = 20.0,
         edge_radius_mm: float = 8.0,
     ) -> "Plates":
-        """Plates across `direction` (3,) that cover points (n, 3) and a margin around, but none behind them.
+        """Plates across `direction` (3,) that cover points (n, 3) and margin_mm around, but none behind them.
 
+        plate_thickness_mm, edge_radius_mm: of each plate.
         outward (3,): from the chest wall to the nipple; behind the points, the plates end where the points
         do.
         """
@@ -181,7 +182,7 @@ class Plates:
         return cls(axes @ (low + high) / 2, axes, half, edge_radius_mm)
 
     def at(self, thickness_mm: float, q: np.ndarray | None = None) -> tuple[Face, RoundedBox]:
-        """Paddle with unknowns q (m,), and support, this far apart before the paddle yields."""
+        """Paddle with unknowns q (m,), and support, thickness_mm apart before the paddle yields."""
         reach = (thickness_mm / 2 + self.half_sizes[2]) * self.axes[:, 2]
         paddle, support = (
             RoundedBox(self.centre + side * reach, self.axes, self.half_sizes, self.edge_radius_mm)
@@ -203,13 +204,16 @@ class Plates:
         return 2 * float(np.abs(y[under, 2]).max())
 
     def gap(self, points: np.ndarray, thickness_mm: float, q: np.ndarray) -> np.ndarray:
-        """Distance between the faces (n,) mm, along the last axis at points (n, 3); NaN beside the plates."""
+        """Distance between the faces (n,) mm, along the last axis at points (n, 3); NaN beside the plates.
+
+        thickness_mm: between the plates before the paddle yields; q (m,): its unknowns.
+        """
         y = ((points - self.centre) @ self.axes)[:, :2]
         gap = thickness_mm + self.paddle.rise(y, self.half_sizes, q)
         return np.where(np.all(np.abs(y) <= self.half_sizes[:2], axis=1), gap, np.nan)
 
     def deflection_mm(self, q: np.ndarray) -> float:
-        """How far the paddle's face has yielded at most, mm."""
+        """How far the paddle's face has yielded at most with unknowns q (m,), mm."""
         grid = np.linspace(-1.0, 1.0, _SAMPLES)
         y = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2) * self.half_sizes[:2]
         return float(np.abs(self.paddle.rise(y, self.half_sizes, q)).max())

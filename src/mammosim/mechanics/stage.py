@@ -54,7 +54,8 @@ PENALTY_RATIO = 100.0
 class PressSettings:
     """How a compression is solved.
 
-    steps: how many equal ones to begin with, also the largest; penetration_mm: the largest accepted.
+    steps: how many equal ones to begin with, also the largest; smallest_step_mm: before it gives up;
+    penetration_mm: the largest accepted.
     penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
     modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
     of the lagged friction forces, relative. path_tolerance: of the free forces, relative, in all steps but

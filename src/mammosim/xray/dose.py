@@ -21,7 +21,11 @@ PROTOCOL = "this breast, heterogeneous, Monte Carlo"
 
 @dataclass(frozen=True)
 class GlandularDose:
-    """Mean glandular dose, its standard error, the incident air kerma it belongs to, and how it was found."""
+    """Mean glandular dose, and how it was found.
+
+    mgy_per_mas, standard_error_mgy_per_mas: dose and its standard error; incident_kerma_mgy_per_mas: the air
+    kerma at the breast's surface that it belongs to; glandular_mass_g; protocol: in words.
+    """
 
     mgy_per_mas: float
     standard_error_mgy_per_mas: float

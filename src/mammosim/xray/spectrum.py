@@ -102,5 +102,8 @@ def value_layer(spectrum: Spectrum, *, fraction: float) -> float:
 
 
 def monoenergetic(energy_kev: float, *, fluence: float = 1.0, distance_mm: float = 1000.0) -> Spectrum:
-    """One energy; `fluence` photons per mm2 and mAs at `distance_mm`."""
+    """One energy, energy_kev; `fluence` photons per mm2 and mAs at `distance_mm` from the source.
+
+    Returns a spectrum of one line. Raises XrayError for an energy or fluence that is not above 0.
+    """
     return Spectrum(np.array([energy_kev]), np.array([fluence]), distance_mm, f"{energy_kev:g} keV")

@@ -15,7 +15,11 @@ LOWEST_ENERGY_KEV = 4.0  # the table of air energy absorption starts at 3.75 keV
 
 @dataclass(frozen=True)
 class Tube:
-    """What stands in the beam's way inside the tube, and the bins of its spectrum."""
+    """What stands in the beam's way inside the tube, and the bins of its spectrum.
+
+    anode_angle_deg: of the target's surface; window_mm_be: beryllium; bin_kev: width of a bin.
+    Raises XrayError for a value that no tube has.
+    """
 
     anode_angle_deg: float = 16.0
     window_mm_be: float = 1.0
@@ -41,8 +45,10 @@ def tube_spectrum(
     distance_mm: float = 1000.0,
     tube: Tube | None = None,
 ) -> Spectrum:
-    """Spectrum per mAs behind window and filter, in vacuum, at `distance_mm`, e.g. ("W", "Rh", 0.05, 28.0).
+    """Spectrum of a mammographic tube by spekpy (Poludniowski et al. 2021): ("W", "Rh", 0.05, 28.0).
 
+    anode and filter: symbols of elements; filter_mm: its thickness; kvp: peak voltage; tube: what is in it.
+    Returns photons per mm2 and mAs behind window and filter, in vacuum, at `distance_mm`.
     Raises XrayError for a target and filter that no tube has, an unlikely thickness, or kvp outside 20 to 40.
     """
     require_tube(anode, filter, filter_mm, kvp)

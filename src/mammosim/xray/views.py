@@ -25,6 +25,8 @@ def mammography_geometry(
 ) -> Geometry:
     """A craniocaudal view of a breast pressed along z: source above the chest-wall edge, detector below.
 
+    phantom: the pressed breast, its frame mm; source_to_detector_mm, pixel_mm: of the machine.
+    Returns source and detector in the frame of the phantom.
     The detector starts at y = chest_wall_y_mm, reaches field_mm[0] to anterior (-y) and field_mm[1] along x,
     centred on the breast's shadow, and lies air_gap_mm below it. Image rows run from the chest wall to the
     nipple. Raises XrayError when the shadow of the breast (tissue with y < chest_wall_y_mm) leaves the field.

@@ -1,14 +1,17 @@
-"""The picture of the stages in the documentation is that of the table."""
+"""Table and pictures of the stages in the documentation are those of the code."""
 
 import importlib.util
 
 
-def test_the_picture_is_that_of_the_table_and_every_decision_is_in_the_index(repository):
+def test_table_and_pictures_are_those_of_the_stages_and_every_decision_is_in_the_index(repository):
     place = repository / "tools/draw_stages.py"
     spec = importlib.util.spec_from_file_location("draw_stages", place)
     tool = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tool)
     page = (repository / "docs/architecture.md").read_text()
     assert tool.drawn(page) == page, "run: python tools/draw_stages.py"
-    notes = {path.stem for path in (repository / "docs/decisions").glob("*.md")}
-    assert {name for name in notes if f"(decisions/{name}.md)" not in page} == set()
+    for path, content in tool.pictures().items():
+        assert path.read_text() == content, f"{path.name}: run: python tools/draw_stages.py"
+    index = (repository / "docs/decisions/index.md").read_text()
+    notes = {path.stem for path in (repository / "docs/decisions").glob("*.md")} - {"index"}
+    assert {name for name in notes if f"({name}.md)" not in index} == set()

@@ -57,7 +57,7 @@ def test_the_lock_has_what_the_package_asks_for(repository, processor, python):
     project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
     asked = [Requirement(line) for line in project["dependencies"]]
-    asked += [Requirement(line) for extra in ("workflow", "crate", "dev") for line in extras[extra]]
+    asked += [Requirement(line) for extra in ("workflow", "crate", "docs", "dev") for line in extras[extra]]
     versions = pinned(repository, processor, python)
     for requirement in asked:
         if holds(requirement, machine(processor, python)):
