@@ -65,8 +65,7 @@ rule what:
         "results/women/{v}/what.html",
     params:
         rows=lambda wildcards: given_rows(wildcards.v),
-        told=lambda wildcards: told_of(wildcards.v)
-        | {"tables": tables_of(wildcards.v), "modelled": modelled_in(wildcards.v)},
+        told=lambda wildcards: told_of(wildcards.v) | {"tables": tables_of(wildcards.v), "modelled": modelled_in(wildcards.v)},
         library=library("what.py"),
     log:
         "results/logs/what/{v}.log",
