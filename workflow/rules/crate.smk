@@ -6,12 +6,13 @@ rule crate:
     input:
         results=[
             "results/study/report.html",
+            "results/study/figures/cost.png",
+            *PAGE_SCRIPTS,
+            *VIEW,
             *expand("results/study/{name}.json", name=["numbers", "provenance"]),
             *expand("results/study/{name}.csv", name=["missing", "not_planned"]),
             *expand("results/study/{name}.csv", name=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]),
-            *expand("results/study/figures/{name}.png", name=[*PICTURES, "cost"]),
-            *PAGE_SCRIPTS,
-            *VIEW,
+            *expand("results/study/figures/{name}.png", name=PICTURES),
         ],
     output:
         directory("results/crate"),
