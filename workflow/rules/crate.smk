@@ -6,12 +6,12 @@ rule crate:
     input:
         results=[
             "results/study/report.html",
+            *PAGE_SCRIPTS,
+            *VIEW,
             *expand("results/study/{name}.json", name=["numbers", "provenance"]),
             *expand("results/study/{name}.csv", name=["missing", "not_planned"]),
             *expand("results/study/{name}.csv", name=[*(name for name, rows in TABLES.items() if rows), *MADE_BESIDE]),
             *expand("results/study/figures/{name}.{kind}", name=[*PICTURES, "cost"], kind=["png", "pdf"]),
-            *PAGE_SCRIPTS,
-            *VIEW,
         ],
     output:
         directory("results/crate"),
