@@ -10,9 +10,9 @@ from mammosim.figures.render import Solid
 from mammosim.figures.style import TISSUE_COLOURS
 
 SKIN_COLOUR = "#e3b79c"
-# The rim of the skin follows edges of elements to and fro, in teeth of their size. So many means over neighbours
-# smooth it over about three elements; the skin is shown to where its share is this part of the largest, about one
-# element from the rim, where no tooth is left.
+# The rim of the skin follows edges of elements to and fro, in teeth of their size. So many means over
+# neighbours smooth it over about three elements; the skin is shown to where its share is this part of the
+# largest, about one element from the rim, where no tooth is left.
 RIM_MEANS, RIM_SHARE = 30, 0.75
 
 

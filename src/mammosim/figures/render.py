@@ -197,7 +197,10 @@ def _downsampled(rgba: np.ndarray) -> np.ndarray:
     """Means over SUPERSAMPLING x SUPERSAMPLING samples, colours weighted by opacity."""
     s = SUPERSAMPLING
     rgba[..., :3] *= rgba[..., 3:]
-    mean: np.ndarray = sum(rgba[i::s, j::s] for i in range(s) for j in range(s)) / np.float32(s * s)
+    mean = np.zeros((rgba.shape[0] // s, rgba.shape[1] // s, 4), np.float32)
+    for i in range(s):
+        for j in range(s):
+            mean += rgba[i::s, j::s] / (s * s)
     mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9)
     return np.clip(mean, 0, 1)
 

@@ -111,6 +111,7 @@ def panels(number: int, height: float, *, extra: float = 0.0, **shared: Any) -> 
     axes = figure.subplots(rows, wide, squeeze=False, **shared).ravel()
     for ax in axes[number:]:
         ax.set_axis_off()
+    _number_below(axes[max(number - wide, 0) : number])
     return figure, axes[:number]
 
 
@@ -127,4 +128,11 @@ def blocks(
     axes = figure.subplots(rows * number, wide, squeeze=False, **shared).reshape(number, rows * wide)
     for ax in axes[:, of:].ravel():
         ax.set_axis_off()
+    _number_below(axes[-1, max(of - wide, 0) : of])
     return figure, axes[:, :of]
+
+
+def _number_below(axes: np.ndarray) -> None:
+    """Ticks of the lowest panel of each column have numbers, also where panels share them."""
+    for ax in axes:
+        ax.tick_params(labelbottom=True)

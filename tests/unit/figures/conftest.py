@@ -14,7 +14,7 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.mesh import EDGES, FACES, TetMesh
 from mammosim.core.volume import Image, LabelMap, grid_around
-from mammosim.figures import style
+from mammosim.figures import render, style
 
 CUBE = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
 NIPPLES = np.array([[75.0, 0, -4], [-75.0, 0, -4]])
@@ -23,6 +23,7 @@ NIPPLES = np.array([[75.0, 0, -4], [-75.0, 0, -4]])
 @pytest.fixture(autouse=True)
 def no_letter_is_too_small(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Of every figure that a test of this folder draws, at the width of a printed page."""
+    monkeypatch.setitem(render.render.__kwdefaults__, "columns", 200)  # which takes a tenth of the time
     drawn: list[Figure] = []
     apart = style.keep_names_apart
     monkeypatch.setattr(style, "keep_names_apart", lambda figure: (drawn.append(figure), apart(figure)))

@@ -1,7 +1,8 @@
 """Every figure is drawn from small made-up data: axes named with units, finite data, nothing left over."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import matplotlib as mpl
@@ -11,6 +12,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from mammosim.core.labels import Label
 from mammosim.core.volume import LabelMap
@@ -45,6 +47,43 @@ def require_readable(figure: Figure) -> None:
     memory = io.BytesIO()
     figure.savefig(memory, format="png", dpi=40)
     assert memory.tell() > 3000
+    figure.draw_without_rendering()
+    require_clear(figure)
+
+
+def require_clear(figure: Figure) -> None:
+    """Texts lie inside the figure and name no keys of sources, and legends lie beside the lines."""
+    width, height = figure.bbox.size
+    for text in texts_of(figure):
+        box = text.get_window_extent()
+        inside = box.x0 > -3 and box.y0 > -3 and box.x1 < width + 3 and box.y1 < height + 3
+        assert inside, f"{text.get_text()!r} is cut off: {box}"
+        assert "[@" not in text.get_text(), "a figure names its sources, not their keys"
+    for ax in figure.axes:
+        if (legend := ax.get_legend()) is not None:
+            box = legend.get_window_extent()
+            assert not any(box.contains(*point) for point in shown_points(ax)), ax.get_title(loc="left")
+
+
+def texts_of(figure: Figure) -> Iterator[Text]:
+    """Titles, labels, names of ticks within their axes, and words."""
+    for ax in figure.axes:
+        if ax.axison:
+            yield from (ax.xaxis.label, ax.yaxis.label)
+        yield from (t for t in ax.get_children() if isinstance(t, Text) and t.get_text())
+    yield from figure.texts
+    yield from (text for legend in figure.legends for text in legend.get_texts())
+
+
+def shown_points(ax: Axes) -> Iterator[np.ndarray]:
+    """Pixels of points along its lines."""
+    for line in ax.lines:
+        if line.get_transform() == ax.transData and len(line.get_xdata()) > 1:
+            points = ax.transData.transform(
+                np.column_stack([line.get_xdata(orig=False), line.get_ydata(orig=False)])
+            )
+            for a, b in pairwise(points):
+                yield from np.linspace(a, b, 20)
 
 
 def sweep_table() -> pd.DataFrame:
