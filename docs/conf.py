@@ -31,6 +31,8 @@ html_theme = "furo"
 html_title = "mammosim"
 html_math_renderer = "mathml"
 html_copy_source = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 templates_path: list[str] = []
 
 
