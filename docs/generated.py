@@ -101,7 +101,7 @@ def short(row: dict[str, str]) -> str:
 def cited(home: Path, keys: str) -> str:
     """'@carter2009; @eiben2014' as links. Raises KeyError where a key is in no bibliography."""
     links = [f"[{short(sources(home)[key])}](#{key})" for key in re.findall(r"@(\w+)", keys)]
-    return f"({', '.join(links)})"
+    return ", ".join(links)
 
 
 def references(home: Path) -> str:
