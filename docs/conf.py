@@ -31,6 +31,8 @@ html_theme = "furo"
 html_title = "mammosim"
 html_math_renderer = "mathml"
 html_copy_source = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 templates_path: list[str] = []
 
 
@@ -43,11 +45,12 @@ def write_formula(translator: Any, node: Any, *, display: str) -> None:
 
 
 def prepare(app: Any, name: str, source: list[str]) -> None:
-    """Citations become links to the references; what stands in the code is written into its page."""
+    """Citations, in brackets or bare, become links; what stands in the code is written into its page."""
     for mark, text in GENERATED.items():
         if mark in source[0]:
             source[0] = source[0].replace(mark, text(HOME))
-    source[0] = re.sub(r"(?<!`)\[((?:;? ?@\w+)+)\]", lambda found: cited(HOME, found[1]), source[0])
+    source[0] = re.sub(r"(?<!`)\[((?:;? ?@\w+)+)\]", lambda found: f"({cited(HOME, found[1])})", source[0])
+    source[0] = re.sub(r"(?<= )@[a-z]+[12]\d{3}\b", lambda found: cited(HOME, found[0]), source[0])
 
 
 def setup(app: Any) -> None:

@@ -10,6 +10,7 @@ from mammosim import _HOMES
 from mammosim.study.report.summary import entries
 
 BIBLIOGRAPHIES = ("config/references.bib", "docs/methods.bib")
+LONGEST = 76  # of a signature in one line
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -17,16 +18,35 @@ def plain(text: str) -> str:
     """A docstring as Markdown that reads as it does in the code; lines set off by blanks are formulas."""
     lines = []
     for line in text.splitlines():
-        lines += [line if line.startswith("    ") else re.sub(r"([*_<\[`$@#|])", r"\\\1", line)]
+        words = line.split("`")
+        words[::2] = [re.sub(r"([*_<\[$@#|])", r"\\\1", each) for each in words[::2]]
+        lines += [line if line.startswith("    ") or len(words) % 2 == 0 else "`".join(words)]
     return "\n".join(lines)
 
 
+def parted(arguments: str) -> list[str]:
+    """The arguments of a call, one by one: split at commas that are in no bracket."""
+    parts, depth = [""], 0
+    for letter in arguments:
+        depth += (letter in "([{") - (letter in ")]}")
+        if letter == "," and not depth:
+            parts += [""]
+        else:
+            parts[-1] += letter
+    annotated = [part.strip() for part in parts if part.strip()]
+    return [re.sub(r"(?<=: )(.*?) ?= ?", r"\1 = ", part) for part in annotated]
+
+
 def signature(function: Function, name: str) -> str:
-    """The call as it is typed."""
+    """The call as it is typed, an argument a line where it is long."""
     returned = f" -> {ast.unparse(function.returns)}" if function.returns else ""
     arguments = re.sub(r"^(self|cls)(, )?", "", ast.unparse(function.args))
     is_value = any(ast.unparse(each) == "property" for each in function.decorator_list)
+    arguments = ", ".join(parted(arguments))
     call = f"{name}{'' if is_value else f'({arguments})'}{returned}"
+    if len(call) > LONGEST:
+        call = "\n".join([f"{name}(", *(f"    {each}," for each in parted(arguments)), f"){returned}"])
+    call = re.sub(r"'(\w+)'", r"\1", call) if "->" in call else call
     return f"```python\n{call}\n```\n"
 
 
@@ -81,7 +101,7 @@ def short(row: dict[str, str]) -> str:
 def cited(home: Path, keys: str) -> str:
     """'@carter2009; @eiben2014' as links. Raises KeyError where a key is in no bibliography."""
     links = [f"[{short(sources(home)[key])}](#{key})" for key in re.findall(r"@(\w+)", keys)]
-    return f"({', '.join(links)})"
+    return ", ".join(links)
 
 
 def references(home: Path) -> str:

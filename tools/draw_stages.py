@@ -66,18 +66,24 @@ def makes(name: str) -> str:
     return " ".join(text.split("\n\n")[0].split()).split(". ")[0].rstrip(".")
 
 
+def grouped(names: Sequence[str]) -> str:
+    """Dotted names of settings by their group."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        group, _, rest = name.rpartition(".")
+        groups.setdefault(group, []).append(rest)
+    return "; ".join(
+        f"{group}: {', '.join(each)}" if group else ", ".join(each) for group, each in groups.items()
+    )
+
+
 def table() -> str:
-    """A row per stage: what it makes, of which products, settings and effects, and where it is kept."""
-    lines = ["| stage | makes | of | settings | effects | kept |", "|---|---|---|---|---|---|"]
+    """A row per stage: what it makes, of which products, and which settings and effects it reads."""
+    lines = ["| stage | makes | of | settings | effects |", "|---|---|---|---|---|"]
     for name, stage in STAGES.items():
         of = ", ".join(f"({other})" if at_times else other for other, at_times in needs_of(name).items())
-        kept = (
-            "".join(f"`{stage.files.stem}{end}` " for end in stage.files.endings.values())
-            if stage.files
-            else ""
-        )
-        listed = (", ".join(f"`{each}`" for each in names) for names in (stage.reads, stage.effects))
-        lines += [f"| {' | '.join((f'`{name}`', makes(name), of, *listed, kept.strip()))} |"]
+        columns = (f"`{name}`", makes(name), of, grouped(stage.reads), ", ".join(stage.effects))
+        lines += [f"| {' | '.join(columns)} |"]
     return "\n".join(lines) + "\n"
 
 

@@ -60,9 +60,9 @@ class ElementSize:
 def mesh_body(labels: LabelMap, *, size: ElementSize) -> TetMesh:
     """Mesh the DEFORMABLE voxels of labels (nz, ny, nx), with elements of a size in mm.
 
-    Returns quadratic tetrahedra in the frame of the labels, with tissue, `skin` and `posterior`.
-    Of their largest piece, and of any that is at least LEAST_PIECE times as large: two breasts that nothing
-    joins. Each encloses the volume of its voxels, cavities filled. The shares of its cells are those of
+    Returns quadratic tetrahedra in the frame of the labels, with tissue and boundaries: `skin`, `posterior`.
+    They fill the largest piece, and any that is at least LEAST_PIECE times as large: two breasts that nothing
+    joins. Each piece encloses the volume of its voxels, cavities filled. The shares of its cells are those of
     the deformable voxels in them. Raises MeshError when there is nothing to mesh, or the mesh is not
     sound. The cells depend on the grid's spacing to LENGTH_MM, as on the sizes, and not on where it lies:
     it is meshed along its own axes.
