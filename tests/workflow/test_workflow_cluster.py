@@ -15,7 +15,7 @@ from mammosim.study.jobs.requests import STARTS_MB
 
 pytestmark = [pytest.mark.cluster, pytest.mark.skipif(bool(lacking()), reason=lacking() or "there is one")]
 IN_A_JOB, HERE = "results/xray/spectrum.csv", "results/segmentation/tissues.ctbl"
-WOMAN = "results/truth/large/stress_free.vtu"  # needs two jobs, the first of which is run here
+WOMAN = "results/truth/small/stress_free.vtu"  # needs two jobs, the first of which is run here
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_wildcards_partition_and_resources_are_as_the_user_says(on_cluster, slur
     result = on_cluster(WOMAN, *chosen)
     assert result.returncode == 0, result.stdout[-3000:]
     (job,) = slurm.jobs(since=before)
-    assert job.comment == "rule_digital_body_wildcards_large"
+    assert job.comment == "rule_digital_body_wildcards_small"
     assert (job.memory_mb, job.partition) == (1234, "long")
 
 
@@ -84,8 +84,8 @@ def test_a_failed_job_is_named_last_with_its_reason_and_its_log(study, slurm, tm
     result = submitted(broken, slurm, WOMAN, "--retries", "0")
     assert result.returncode != 0
     lines = result.stdout.splitlines()[-12:]
-    assert "  digital_body large: RuntimeError: a fault of the program" in lines, result.stdout[-3000:]
-    assert any(line.endswith("results/logs/digital_body/large.log") for line in lines)
+    assert "  digital_body small: RuntimeError: a fault of the program" in lines, result.stdout[-3000:]
+    assert any(line.endswith("results/logs/digital_body/small.log") for line in lines)
 
 
 def test_a_job_without_memory_enough_is_tried_again_and_then_told_in_words(on_cluster, slurm):

@@ -27,7 +27,7 @@ def end_with_the_run() -> None:
 
     The system tells of the death of whatever has started this script: the run, where the shell that the run
     starts gives its place to the script. Not every shell does, so that a thread looks for the run itself.
-    Ctrl-C is left to the run, which ends its jobs: one that ends by itself before the run knows is a failure to it.
+    Ctrl-C is left to the run, which ends its jobs: one that ends by itself before the run knows is a failure.
     """
     run = os.environ.get(RUN, "")
     if not run.isdecimal():
