@@ -34,6 +34,12 @@ def label(key: str) -> str:
     return words if len(words) <= SHORT else f"…{words[-SHORT:]}"
 
 
+def written(name: object) -> str:
+    """A name that a person has given, as it is to be read: a dollar begins no formula, and it has an end."""
+    words = str(name) if len(str(name)) <= SHORT else f"{str(name)[:SHORT]}…"
+    return words.replace("$", r"\$")
+
+
 def varied(campaign: Campaign, table: pd.DataFrame) -> list[str]:
     """The columns that differ between points: settings, then whose breast."""
     return [name for name in (*campaign.keys, *SUBJECT) if table[name].nunique() > 1]
@@ -82,7 +88,8 @@ def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: 
     else:
         ax.errorbar(middle.index, middle, yerr=[middle - low, high - middle], fmt="o", color=BLUE, capsize=3)
         step = -(-len(names) // TICKS)
-        ax.set_xticks(range(0, len(names), step), names[::step], rotation=30, ha="right", fontsize=7)
+        words = [written(each) for each in names[::step]]
+        ax.set_xticks(range(0, len(names), step), words, rotation=30, ha="right", fontsize=7)
         ax.set_xlim(-0.6, len(names) - 0.4)
     if numeric:
         gaps = table[table[name].isna()][key].unique()
@@ -150,7 +157,7 @@ def _facets(table: pd.DataFrame, names: Sequence[str]) -> Iterator[tuple[str, pd
         yield "", table
         return
     for key, rows in table.groupby(names, sort=False):
-        yield ", ".join(map(str, key)), rows
+        yield ", ".join(map(written, key)), rows
 
 
 def _lines(ax: Axes, rows: pd.DataFrame, x: str, name: str, colour: str, norm: Normalize | None) -> None:
@@ -208,7 +215,7 @@ def _map(
     ax.imshow(means.to_numpy(), norm=norm, cmap=SEQUENTIAL, aspect="auto", origin="lower")
     for values, ticks in ((order[one], ax.set_xticks), (order[other], ax.set_yticks)):
         step = -(-len(values) // 6)
-        words = [f"{v:.3g}" if isinstance(v, (int, float)) else str(v) for v in values[::step]]
+        words = [f"{v:.3g}" if isinstance(v, (int, float)) else written(v) for v in values[::step]]
         ticks(range(0, len(values), step), words, fontsize=7)
 
 

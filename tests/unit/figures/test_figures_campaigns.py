@@ -75,6 +75,20 @@ def test_lines_have_a_panel_for_each_name_and_a_colour_for_each_number():
     assert band[:, 1].max() == pytest.approx(line.max() + 1.96 * 0.05)
 
 
+def test_names_are_written_as_they_are_given_but_for_very_long_ones():
+    """A dollar begins no formula, which could be a wrong one."""
+    long = "x" * 100
+    campaign, table = made(
+        GRID.replace("[standard, flexible]", f"{{named: {{'$a_{{$': {{}}, {long}: {{}}}}}}")
+    )
+    *_, paddle = figures.against(campaign, table, "agd_mgy").axes
+    figure = figures.lines(campaign, table, "agd_mgy")
+    for drawn in (figures.against, figures.lines, figures.pairs):
+        drawn(campaign, table, "agd_mgy").canvas.draw()
+    assert paddle.get_xticklabels()[0].get_text() == r"\$a_{\$"
+    assert [len(ax.get_title(loc="left")) for ax in figure.axes[:2]] == [7, figures.SHORT + 1]
+
+
 def test_forty_names_are_no_forty_panels():
     names = ", ".join(f"n{n}: {{youngs_modulus_mpa: {n}}}" for n in range(1, 41))
     campaign, table = made(GRID.replace("[standard, flexible]", f"{{named: {{{names}}}}}"))
