@@ -208,7 +208,8 @@ def test_a_campaign_has_its_own_tissues_moduli_accuracy_settings_and_load(quick)
 
 def test_campaigns_may_have_any_name(quick):
     """Also that of a rule or of a folder; what a system leaves beside a file is none."""
-    names, campaigns = ["batch", "table", "page", "points", "my-own", "mesh"], quick.home / "config/campaigns"
+    names = ["batch", "table", "page", "points", "my-own", "mesh", "my study (2)", "größe", "a.b", "it's"]
+    campaigns = quick.home / "config/campaigns"
     for name in names:
         (campaigns / f"{name}.yaml").write_text(QUICK)
         (campaigns / f"._{name}.yaml").write_bytes(b"\x00\x05\x16\x07")
@@ -216,3 +217,15 @@ def test_campaigns_may_have_any_name(quick):
     assert result.returncode == 0, result.stdout[-2000:]
     assert all(f"results/campaigns/{name}.csv" in result.stdout for name in names)
     assert re.search(rf"^campaigns_batch +{len(names)}$", result.stdout, re.M)
+
+
+def test_a_file_with_another_ending_is_not_left_out_in_silence(quick):
+    file = quick.run / "config/campaigns/firmness.yml"
+    file.parent.mkdir(parents=True)
+    file.write_text(QUICK)
+    try:
+        result = quick.snakemake("--dry-run", "campaign_firmness")
+        assert result.returncode != 0
+        assert "firmness.yml would not be read: its name is to end in .yaml; rename it" in result.stdout
+    finally:
+        file.unlink()
