@@ -101,9 +101,14 @@ def test_pairs_are_maps_of_means_or_every_point_of_a_sample():
     campaign, table = made(GRID)
     *maps, _ = figures.pairs(campaign, table, "agd_mgy").axes
     assert len(maps) == 3
-    image = np.asarray(maps[0].images[0].get_array())
     means = table.pivot_table("agd_mgy", "load.thickness_mm", GLAND)
-    assert image == pytest.approx(means.to_numpy())
+    (cells,) = maps[0].collections
+    assert np.asarray(cells.get_array()) == pytest.approx(means.to_numpy())
+    # Forty values along their own scale, each in the middle of its cell; three side by side.
+    edges = np.asarray(cells.get_coordinates()[0, :, 0])
+    assert np.sqrt(edges[1:] * edges[:-1]) == pytest.approx(means.columns.to_numpy(), rel=1e-5)
+    assert maps[0].get_xscale() == "log"
+    assert [label.get_text() for label in maps[0].get_yticklabels()] == ["45", "50", "55"]
     campaign, table = made(SAMPLE)
     points, _ = figures.pairs(campaign, table, "agd_mgy").axes
     assert len(points.collections[0].get_offsets()) == len(table) == 128
@@ -114,12 +119,14 @@ def test_pairs_are_maps_of_means_or_every_point_of_a_sample():
 def test_a_sample_has_no_lines_and_its_shares_have_intervals():
     campaign, table = made(SAMPLE)
     assert figures.lines(campaign, table, "agd_mgy") is None
-    (ax,) = figures.explained(shares(campaign, table)).axes
+    figure = figures.explained(shares(campaign, table))
+    (ax,) = figure.axes
     assert [label.get_text() for label in ax.get_yticklabels()] == [
         "glandular Young's modulus (kPa)",
         "thickness (mm)",
     ]
-    assert ax.get_legend() is not None
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["in total", "share"]
 
 
 def test_points_without_an_answer_leave_a_gap():
