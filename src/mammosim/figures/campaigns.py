@@ -264,9 +264,9 @@ def explained(shares: pd.DataFrame) -> Figure:
         ax.barh(place, rows.share, color=BLUE, height=0.6, label="share")
         if rows.total.notna().any():
             ax.plot(rows.total, place, "D", color=ORANGE, ms=4, label="in total")
-            ax.errorbar(
-                rows.share, place, xerr=[rows.share - rows.low, rows.high - rows.share], fmt="none", color=INK
-            )
+            # An interval of few samples, corrected for its bias, may leave out what it is the interval of.
+            reach = [(rows.share - rows.low).clip(lower=0), (rows.high - rows.share).clip(lower=0)]
+            ax.errorbar(rows.share, place, xerr=reach, fmt="none", color=INK)
         words = [" x ".join(label(key) for key in setting.split(" x ")) for setting in rows.setting]
         ax.set_yticks(place, words, fontsize=7)
         ax.invert_yaxis()

@@ -129,6 +129,12 @@ def test_a_sample_has_no_lines_and_its_shares_have_intervals():
     assert [text.get_text() for text in legend.get_texts()] == ["in total", "share"]
 
 
+def test_an_interval_that_leaves_out_its_share_is_drawn():
+    campaign, table = made(SAMPLE)
+    found = shares(campaign, table)
+    figures.explained(found.assign(low=found.share + 0.01, high=found.share + 0.1))
+
+
 def test_points_without_an_answer_leave_a_gap():
     campaign, table = made(GRID)
     table.loc[table[GLAND] > 20, "agd_mgy"] = np.nan
