@@ -29,7 +29,7 @@ test-faults: $(VENV)/ready  ## before a release: kills, full and read-only disks
 
 SLURM := slurmctld slurmd slurm-client munge
 
-test-cluster: cluster  ## before a release: the tiny study through a Slurm started on this host (Debian, as root; 25 processor minutes)
+test-cluster: cluster  ## before a release: the tiny study through a Slurm started on this host (Debian, as root; 11 processor minutes)
 	@command -v slurmctld >/dev/null || { test "$$(id -u)" = 0 && apt-get update --quiet --quiet && \
 	    apt-get install --quiet --quiet --yes --no-install-recommends $(SLURM); } || \
 	    echo "no Slurm here: as root, apt-get install --no-install-recommends $(SLURM)"

@@ -18,6 +18,12 @@ import pytest
 # Targets that run beside the default one: their jobs keep a core busy while it has none to start.
 BESIDE = ("accuracy", "recovery", "scenes")
 PARTS = ("config", "workflow", "src", "environment.lock")
+# What a script is replaced by that is to compute nothing.
+WORD = """from pathlib import Path
+
+for path in map(Path, snakemake.output):
+    path.write_text("made") if path.suffix else path.mkdir(exist_ok=True)
+"""
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,23 @@ def copy_of_the_study(repository: Path, folder: Path) -> Study:
         copy(source, made.home / part)
     made.run.mkdir()
     return made
+
+
+def with_words_for_scripts(study: Study, folder: Path) -> Study:
+    """A copy whose scripts, but for those of campaigns, write a word and compute nothing."""
+    made = copy_of_the_study(study.home, folder)
+    for script in (made.home / "workflow/scripts").glob("[!_]*.py"):
+        if not script.name.startswith("campaign_"):
+            script.write_text(WORD)
+    return made
+
+
+def cost(study: Study, rule: str, seconds: float) -> None:
+    """Let the table say that a job of the rule takes so long."""
+    table = study.home / "config/costs.tsv"
+    lines = [line.split("\t") for line in table.read_text().splitlines()]
+    told = [[name, str(seconds), *rest[1:]] if name == rule else [name, *rest] for name, *rest in lines]
+    table.write_text("\n".join("\t".join(cells) for cells in told) + "\n")
 
 
 @pytest.fixture(scope="session")

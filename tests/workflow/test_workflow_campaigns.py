@@ -2,13 +2,11 @@
 
 import json
 import re
-import shutil
-from dataclasses import replace
 
 import pandas as pd
 import pytest
 import yaml
-from whole_study import PARTS
+from whole_study import with_words_for_scripts
 
 pytestmark = pytest.mark.workflow
 CAMPAIGN = """
@@ -93,12 +91,7 @@ def test_a_campaign_that_cannot_be_meant_is_refused_before_any_job(study, change
     assert "mine.yaml" in line
 
 
-# Scripts write a word, a batch its rows; while `broken` is there, the program fails in the point of 2 kPa.
-WORD = """from pathlib import Path
-
-for path in map(Path, snakemake.output):
-    path.write_text("made") if path.suffix else path.mkdir(exist_ok=True)
-"""
+# A batch writes its rows; while `broken` is there, the program fails in the point of 2 kPa.
 BATCH = """from pathlib import Path
 
 import _log
@@ -125,16 +118,7 @@ asked: [force_n]
 @pytest.fixture(scope="module")
 def quick(study, tmp_path_factory):
     """The study with scripts that compute nothing."""
-    there = tmp_path_factory.mktemp("quick")
-    made = replace(study, home=there / "home", run=there / "run")
-    for part in PARTS:
-        copy = shutil.copytree if (study.home / part).is_dir() else shutil.copy2
-        made.home.mkdir(exist_ok=True)
-        copy(study.home / part, made.home / part)
-    made.run.mkdir()
-    for script in (made.home / "workflow/scripts").glob("[!_]*.py"):
-        if not script.name.startswith("campaign_"):
-            script.write_text(WORD)
+    made = with_words_for_scripts(study, tmp_path_factory.mktemp("quick"))
     (made.home / "workflow/scripts/campaign_batch.py").write_text(BATCH)
     write(made, QUICK)
     return made
@@ -224,7 +208,8 @@ def test_a_campaign_has_its_own_tissues_moduli_accuracy_settings_and_load(quick)
 
 def test_campaigns_may_have_any_name(quick):
     """Also that of a rule or of a folder; what a system leaves beside a file is none."""
-    names, campaigns = ["batch", "table", "page", "points", "my-own", "mesh"], quick.home / "config/campaigns"
+    names = ["batch", "table", "page", "points", "my-own", "mesh", "my study (2)", "größe", "a.b", "it's"]
+    campaigns = quick.home / "config/campaigns"
     for name in names:
         (campaigns / f"{name}.yaml").write_text(QUICK)
         (campaigns / f"._{name}.yaml").write_bytes(b"\x00\x05\x16\x07")
@@ -232,3 +217,15 @@ def test_campaigns_may_have_any_name(quick):
     assert result.returncode == 0, result.stdout[-2000:]
     assert all(f"results/campaigns/{name}.csv" in result.stdout for name in names)
     assert re.search(rf"^campaigns_batch +{len(names)}$", result.stdout, re.M)
+
+
+def test_a_file_with_another_ending_is_not_left_out_in_silence(quick):
+    file = quick.run / "config/campaigns/firmness.yml"
+    file.parent.mkdir(parents=True)
+    file.write_text(QUICK)
+    try:
+        result = quick.snakemake("--dry-run", "campaign_firmness")
+        assert result.returncode != 0
+        assert "firmness.yml would not be read: its name is to end in .yaml; rename it" in result.stdout
+    finally:
+        file.unlink()

@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 
+import pandas as pd
 import pytest
 from one_host_slurm import lacking, one_host_slurm
 from whole_study import Study
@@ -15,7 +16,12 @@ from mammosim.study.jobs.requests import STARTS_MB
 
 pytestmark = [pytest.mark.cluster, pytest.mark.skipif(bool(lacking()), reason=lacking() or "there is one")]
 IN_A_JOB, HERE = "results/xray/spectrum.csv", "results/segmentation/tissues.ctbl"
-WOMAN = "results/truth/large/stress_free.vtu"  # needs two jobs, the first of which is run here
+CAMPAIGN = """
+title: How much exposure does the machine choose?
+vary: {xray.peak_kv: {from: 26, to: 34, number: 5}}
+asked: [exposure_mas]
+"""
+WOMAN = "results/truth/small/stress_free.vtu"  # needs two jobs, the first of which is run here
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +76,7 @@ def test_wildcards_partition_and_resources_are_as_the_user_says(on_cluster, slur
     result = on_cluster(WOMAN, *chosen)
     assert result.returncode == 0, result.stdout[-3000:]
     (job,) = slurm.jobs(since=before)
-    assert job.comment == "rule_digital_body_wildcards_large"
+    assert job.comment == "rule_digital_body_wildcards_small"
     assert (job.memory_mb, job.partition) == (1234, "long")
 
 
@@ -84,8 +90,8 @@ def test_a_failed_job_is_named_last_with_its_reason_and_its_log(study, slurm, tm
     result = submitted(broken, slurm, WOMAN, "--retries", "0")
     assert result.returncode != 0
     lines = result.stdout.splitlines()[-12:]
-    assert "  digital_body large: RuntimeError: a fault of the program" in lines, result.stdout[-3000:]
-    assert any(line.endswith("results/logs/digital_body/large.log") for line in lines)
+    assert "  digital_body small: RuntimeError: a fault of the program" in lines, result.stdout[-3000:]
+    assert any(line.endswith("results/logs/digital_body/small.log") for line in lines)
 
 
 def test_a_job_without_memory_enough_is_tried_again_and_then_told_in_words(on_cluster, slurm):
@@ -97,8 +103,21 @@ def test_a_job_without_memory_enough_is_tried_again_and_then_told_in_words(on_cl
     assert len(slurm.jobs(since=before)) == 2
 
 
-def test_the_tiny_study_ends_with_its_report(on_cluster, tmp_path):
+def test_the_tiny_study_ends_with_its_report_and_has_a_campaign(on_cluster, slurm, tmp_path):
     result = on_cluster()
     assert result.returncode == 0, result.stdout[-6000:]
     assert (tmp_path / "results/study/report.html").exists()
     assert (tmp_path / "results/study/missing.csv").read_text().count("\n") == 1, "a header and no row"
+    # Its name stands in the comment of a job and in the path of its log.
+    file = tmp_path / "config/campaigns/exposure (größe 1).yaml"
+    file.parent.mkdir(parents=True)
+    file.write_text(CAMPAIGN, encoding="utf-8")
+    before = last_job(slurm)
+    result = on_cluster("--", f"campaign_{file.stem}")
+    assert result.returncode == 0, result.stdout[-6000:]
+    batch, page = slurm.jobs(since=before)  # the table is too short for a job of its own
+    assert batch.comment.startswith(f"rule_campaigns_batch_wildcards_{file.stem}_small_left_")
+    assert page.state == "COMPLETED"
+    table = pd.read_csv(tmp_path / f"results/campaigns/{file.stem}.csv")
+    assert table.outcome.tolist() == ["converged"] * 5
+    assert (table.exposure_mas.diff().dropna() < 0).all(), "harder photons need less exposure"

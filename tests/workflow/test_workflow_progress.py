@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from whole_study import cost
 
 pytestmark = pytest.mark.workflow
 BRANCH = "results/truth/large/stress_free.vtu"  # needs the woman whose script is broken
@@ -21,14 +22,6 @@ def broken(study, tmp_path):
     fault = 'if "large" in out:\n        raise RuntimeError("a fault of the program")\n    '
     script.write_text(script.read_text().replace("    write_json(", f"    {fault}write_json("))
     return replace(study, home=home, run=run)
-
-
-def cost(study, rule: str, seconds: float) -> None:
-    """Let the table say that a job of the rule takes so long."""
-    table = study.home / "config/costs.tsv"
-    lines = [line.split("\t") for line in table.read_text().splitlines()]
-    told = [[name, str(seconds), *rest[1:]] if name == rule else [name, *rest] for name, *rest in lines]
-    table.write_text("\n".join("\t".join(cells) for cells in told) + "\n")
 
 
 def minutes_left(said: str) -> list[int]:

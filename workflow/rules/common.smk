@@ -149,7 +149,11 @@ def file_of(setting):
 
 def stems(folder):
     """Names of the YAML files in a folder of the study, and of the folder where it runs."""
-    return sorted({file.stem for root in (HOME, Path()) for file in (root / folder).glob("[!.]*.yaml")})
+    there = [file for root in (HOME, Path()) for file in (root / folder).glob("[!.]*")]
+    for file in there:
+        if file.suffix != ".yaml" and file.suffix.lower() in (".yml", ".yaml"):
+            raise WorkflowError(f"ConfigurationError: {file} would not be read: its name is to end in .yaml; rename it")
+    return sorted({file.stem for file in there if file.suffix == ".yaml"})
 
 
 # A workflow of which this one is a module gives what is to be otherwise than in the published study.

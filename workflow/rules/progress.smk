@@ -84,8 +84,8 @@ class Progress(logging.Handler):
             self.longest_chain_first()
 
     def label(self, rule, wildcards):
-        """A job in one line: its rule and what it is about."""
-        return " ".join([rule, *map(str, dict(wildcards or {}).values())])
+        """A job in one line: its rule and what it is about; a wildcard may be empty."""
+        return " ".join(filter(None, [rule, *map(str, dict(wildcards or {}).values())]))
 
     def to_do(self):
         """Of the jobs that have not ended: id -> ids of the jobs that it needs, and id -> rule."""

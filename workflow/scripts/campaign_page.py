@@ -12,7 +12,7 @@ from mammosim.io.figures import png_of
 from mammosim.io.tables import read_rows
 from mammosim.study.campaigns.campaign import Campaign
 from mammosim.study.campaigns.page import opening, shares_words
-from mammosim.study.campaigns.table import answer_columns, failures, shares, summary
+from mammosim.study.campaigns.table import SUBJECT, answer_columns, failures, shares, summary
 from mammosim.study.report.pages import Listing, Picture, Section, report
 
 REASONS = 50  # rows on the page; the table has them all
@@ -26,7 +26,8 @@ PAIRS = "over pairs of settings, averaged over all others that have an answer."
 
 
 def main(path: str, campaign: Campaign, out: str) -> None:
-    table = read_rows(path)
+    named = [each.key for each in campaign.axes if not each.is_numeric]
+    table = read_rows(path, names=[*SUBJECT, *named, "point"])
     sections = [
         Section("Campaign", opening(campaign, table), (Listing(summary(campaign, table), "All answers."),)),
         *(quantity(campaign, table, name) for name in answer_columns(campaign)),

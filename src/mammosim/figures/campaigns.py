@@ -27,6 +27,7 @@ DENSE = 2000  # points from which they are pixels in a vector file
 TICKS = 12  # names along an axis; of more every second, third...
 CONFIDENCE = 1.96  # standard errors of a 95 % interval
 SHORT = 34  # letters of a label
+FEW = 6  # values of a map that each have room for theirs
 
 
 def label(key: str) -> str:
@@ -34,6 +35,12 @@ def label(key: str) -> str:
     key = key.replace("youngs_modulus", "Young's_modulus")
     words = heading(key.removeprefix("load.").removeprefix("tissues.").replace(".", " ").replace(" ", "_"))
     return words if len(words) <= SHORT else f"…{words[-SHORT:]}"
+
+
+def written(name: object) -> str:
+    """A name that a person has given, as it is to be read: a dollar begins no formula, and it has an end."""
+    words = str(name) if len(str(name)) <= SHORT else f"{str(name)[:SHORT]}…"
+    return words.replace("$", r"\$")
 
 
 def varied(campaign: Campaign, table: pd.DataFrame) -> list[str]:
@@ -90,7 +97,8 @@ def _against(ax: Axes, campaign: Campaign, table: pd.DataFrame, key: str, name: 
     else:
         ax.errorbar(middle.index, middle, yerr=[middle - low, high - middle], fmt="o", color=BLUE, capsize=3)
         step = -(-len(names) // TICKS)
-        ax.set_xticks(range(0, len(names), step), names[::step], rotation=30, ha="right")
+        words = [written(each) for each in names[::step]]
+        ax.set_xticks(range(0, len(names), step), words, rotation=30, ha="right")
         ax.set_xlim(-0.6, len(names) - 0.4)
     if numeric:
         gaps = table[table[name].isna()][key].unique()
@@ -160,7 +168,7 @@ def _facets(table: pd.DataFrame, names: Sequence[str]) -> Iterator[tuple[str, pd
         yield "", table
         return
     for key, rows in table.groupby(names, sort=False):
-        yield ", ".join(map(str, key)), rows
+        yield ", ".join(map(written, key)), rows
 
 
 def _lines(ax: Axes, rows: pd.DataFrame, x: str, name: str, colour: str, norm: Normalize | None) -> None:
@@ -211,15 +219,36 @@ def pairs(campaign: Campaign, table: pd.DataFrame, name: str) -> Figure | None:
 def _map(
     ax: Axes, campaign: Campaign, table: pd.DataFrame, one: str, other: str, name: str, norm: Normalize
 ) -> None:
+    """A cell for each pair of values: many numbers along their own scale, few and names side by side."""
     order = {key: list(dict.fromkeys(table[key].sort_values() if is_line(campaign, key) else table[key]))
              for key in (one, other)}  # fmt: skip
     means = table.pivot_table(name, other, one, aggfunc="mean", observed=True)
     means = means.reindex(index=order[other], columns=order[one])
-    ax.imshow(means.to_numpy(), norm=norm, cmap=SEQUENTIAL, aspect="auto", origin="lower")
-    for values, ticks in ((order[one], ax.set_xticks), (order[other], ax.set_yticks)):
-        step = -(-len(values) // 6)
-        words = [f"{v:.3g}" if isinstance(v, (int, float)) else str(v) for v in values[::step]]
-        ticks(range(0, len(values), step), words)
+    scaled = {key: is_line(campaign, key) and len(values) > FEW for key, values in order.items()}
+    x, y = (
+        _edges(values, log=is_log(campaign, key)) if scaled[key] else np.arange(len(values) + 1) - 0.5
+        for key, values in order.items()
+    )
+    ax.pcolormesh(x, y, means.to_numpy(), norm=norm, cmap=SEQUENTIAL, rasterized=True)
+    axes = ((one, ax.set_xticks, ax.set_xscale, ax.xaxis), (other, ax.set_yticks, ax.set_yscale, ax.yaxis))
+    for key, ticks, scale, axis in axes:
+        if not scaled[key]:
+            step = -(-len(order[key]) // FEW)
+            ticks(range(0, len(order[key]), step), map(_short, order[key][::step]))
+        elif is_log(campaign, key):
+            _log_ticks(scale, axis)
+
+
+def _short(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, (int, float)) else written(value)
+
+
+def _edges(values: Sequence[float], *, log: bool) -> np.ndarray:
+    """Between which the cells of rising values lie, half-way to their neighbours; log: in the logarithm."""
+    centres = np.log(values) if log else np.asarray(values, float)
+    middle = (centres[1:] + centres[:-1]) / 2
+    edges = np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
+    return np.exp(edges) if log else edges
 
 
 def _scattered(
@@ -244,9 +273,9 @@ def _scattered(
 def explained(shares: pd.DataFrame) -> Figure:
     """What part of the variance of each answer each setting explains, with its interval and total, if any."""
     names = list(dict.fromkeys(shares.quantity))
-    height = sum(0.19 * len(shares[shares.quantity == name]) + 0.55 for name in names)
-    figure = new_figure(min(height, 40.0))
     sizes = [len(shares[shares.quantity == name]) for name in names]
+    totals = shares.total.notna().any()
+    figure = new_figure(sum(0.19 * size + 0.55 for size in sizes) + 0.3 * totals)
     panels = figure.subplots(len(names), 1, squeeze=False, sharex=True, height_ratios=sizes)[:, 0]
     for ax, name in zip(panels, names):
         rows = shares[shares.quantity == name].reset_index(drop=True)
@@ -254,14 +283,15 @@ def explained(shares: pd.DataFrame) -> Figure:
         ax.barh(place, rows.share, color=BLUE, height=0.6, label="share")
         if rows.total.notna().any():
             ax.plot(rows.total, place, "D", color=ORANGE, ms=4, label="in total")
-            ax.errorbar(
-                rows.share, place, xerr=[rows.share - rows.low, rows.high - rows.share], fmt="none", color=INK
-            )
-            ax.legend(loc="lower right")
+            # An interval of few samples, corrected for its bias, may leave out what it is the interval of.
+            reach = [(rows.share - rows.low).clip(lower=0), (rows.high - rows.share).clip(lower=0)]
+            ax.errorbar(rows.share, place, xerr=reach, fmt="none", color=INK)
         words = [" x ".join(label(key) for key in setting.split(" x ")) for setting in rows.setting]
         ax.set_yticks(place, words)
         ax.invert_yaxis()
         ax.grid(False, axis="y")
         ax.set_title(heading(name))
     panels[-1].set_xlabel("share of the variance")
+    if totals:
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return figure

@@ -38,18 +38,18 @@ def read_table(path: str | Path, *, may_be_empty: bool = False, by_hand: bool = 
     return there.drop(columns="outcome") if there.outcome.isna().all() else there
 
 
-def read_rows(path: str | Path, *, by_hand: bool = False) -> pd.DataFrame:
-    """As read_table, with the rows of results that are missing. Columns of NAMES hold text, even '007'.
+def read_rows(path: str | Path, *, by_hand: bool = False, names: Iterable[str] = NAMES) -> pd.DataFrame:
+    """As read_table, with the rows of results that are missing.
 
-    by_hand: a person wrote it, whose last line may have no end.
+    by_hand: a person wrote it, whose last line may have no end; names: columns that hold text, even '007'.
     Raises TableError when the table is cut short or damaged: no header, no end of its last line, a row with
     more or fewer cells than there are columns, a quotation mark without its fellow, no UTF-8.
     """
     text = Path(path).read_bytes()
     _require_whole(text, path, by_hand)
-    names = dict.fromkeys(NAMES, str)
+    kinds = dict.fromkeys(names, str)
     try:
-        return pd.read_csv(BytesIO(text), keep_default_na=False, na_values=[""], dtype=names)
+        return pd.read_csv(BytesIO(text), keep_default_na=False, na_values=[""], dtype=kinds)
     except ValueError as error:  # a quotation mark without its fellow, or bytes that are no UTF-8
         raise TableError(f"{path} is damaged ({' '.join(str(error).split())}); {AGAIN}") from None
 

@@ -76,6 +76,20 @@ def test_lines_have_a_panel_for_each_name_and_a_colour_for_each_number():
     assert band[:, 1].max() == pytest.approx(line.max() + 1.96 * 0.05)
 
 
+def test_names_are_written_as_they_are_given_but_for_very_long_ones():
+    """A dollar begins no formula, which could be a wrong one."""
+    long = "x" * 100
+    campaign, table = made(
+        GRID.replace("[standard, flexible]", f"{{named: {{'$a_{{$': {{}}, {long}: {{}}}}}}")
+    )
+    *_, paddle = figures.against(campaign, table, "agd_mgy").axes
+    figure = figures.lines(campaign, table, "agd_mgy")
+    for drawn in (figures.against, figures.lines, figures.pairs):
+        drawn(campaign, table, "agd_mgy").canvas.draw()
+    assert paddle.get_xticklabels()[0].get_text() == r"\$a_{\$"
+    assert [len(ax.get_title(loc="left")) for ax in figure.axes[:2]] == [7, figures.SHORT + 1]
+
+
 def test_forty_names_are_no_forty_panels():
     names = ", ".join(f"n{n}: {{youngs_modulus_mpa: {n}}}" for n in range(1, 41))
     campaign, table = made(GRID.replace("[standard, flexible]", f"{{named: {{{names}}}}}"))
@@ -88,9 +102,14 @@ def test_pairs_are_maps_of_means_or_every_point_of_a_sample():
     campaign, table = made(GRID)
     *maps, _ = figures.pairs(campaign, table, "agd_mgy").axes
     assert len(maps) == 3
-    image = np.asarray(maps[0].images[0].get_array())
     means = table.pivot_table("agd_mgy", "load.thickness_mm", GLAND)
-    assert image == pytest.approx(means.to_numpy())
+    (cells,) = maps[0].collections
+    assert np.asarray(cells.get_array()) == pytest.approx(means.to_numpy())
+    # Forty values along their own scale, each in the middle of its cell; three side by side.
+    edges = np.asarray(cells.get_coordinates()[0, :, 0])
+    assert np.sqrt(edges[1:] * edges[:-1]) == pytest.approx(means.columns.to_numpy(), rel=1e-5)
+    assert maps[0].get_xscale() == "log"
+    assert [label.get_text() for label in maps[0].get_yticklabels()] == ["45", "50", "55"]
     campaign, table = made(SAMPLE)
     points, _ = figures.pairs(campaign, table, "agd_mgy").axes
     assert len(points.collections[0].get_offsets()) == len(table) == 128
@@ -101,12 +120,20 @@ def test_pairs_are_maps_of_means_or_every_point_of_a_sample():
 def test_a_sample_has_no_lines_and_its_shares_have_intervals():
     campaign, table = made(SAMPLE)
     assert figures.lines(campaign, table, "agd_mgy") is None
-    (ax,) = figures.explained(shares(campaign, table)).axes
+    figure = figures.explained(shares(campaign, table))
+    (ax,) = figure.axes
     assert [label.get_text() for label in ax.get_yticklabels()] == [
         "glandular Young's modulus (kPa)",
         "thickness (mm)",
     ]
-    assert ax.get_legend() is not None
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["in total", "share"]
+
+
+def test_an_interval_that_leaves_out_its_share_is_drawn():
+    campaign, table = made(SAMPLE)
+    found = shares(campaign, table)
+    figures.explained(found.assign(low=found.share + 0.01, high=found.share + 0.1))
 
 
 def test_points_without_an_answer_leave_a_gap():

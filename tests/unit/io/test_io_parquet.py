@@ -18,6 +18,7 @@ def test_columns_keep_their_kinds_and_missing_values_are_null(tmp_path):
             "mixed": [1, "rigid"],
             "either": [1, 2.5],
             "nothing": [None, None],
+            "huge": [1, 10**23],  # more than 64 bits
         }
     )
     write_parquet(table, tmp_path / "table.parquet")
@@ -31,5 +32,6 @@ def test_columns_keep_their_kinds_and_missing_values_are_null(tmp_path):
         "mixed": ["1", "rigid"],
         "either": [1.0, 2.5],
         "nothing": [None, None],
+        "huge": [1.0, 1e23],
     }
     assert [path.name for path in tmp_path.iterdir()] == ["table.parquet"]

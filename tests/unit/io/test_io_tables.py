@@ -27,6 +27,9 @@ def test_a_name_of_digits_reads_back_as_text(tmp_path: Path) -> None:
     frame = pd.DataFrame({"volunteer": ["007", "12"], "side": ["left", "right"], "n": [7, 12]})
     write_table(frame, tmp_path / "t.csv")
     pd.testing.assert_frame_equal(read_table(tmp_path / "t.csv"), frame)
+    named = pd.DataFrame({"load.paddle": ["1e5", "007", "NA", "true"], "n": [1, 2, 3, 4]})
+    write_table(named, tmp_path / "named.csv")
+    pd.testing.assert_frame_equal(read_rows(tmp_path / "named.csv", names=["load.paddle"]), named)
 
 
 def test_values_read_back_in_the_order_written(tmp_path: Path) -> None:

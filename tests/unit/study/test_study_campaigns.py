@@ -74,6 +74,15 @@ def test_a_range_is_even_or_even_in_its_logarithm():
     assert campaign.size == 9
 
 
+def test_a_whole_number_is_one_however_it_is_written():
+    """YAML reads 1e1 as a number with a point; no whole number of the table has more than 64 bits."""
+    (gland,) = read(f"vary: {{{GLAND}: {{from: 1.0, to: 10.0, number: 1.0e+1}}}}").axes
+    assert [level.shown for level in gland.levels] == list(range(1, 11))
+    assert read(f"vary: {{{GLAND}: {{from: 1, to: 2}}}}\ndesign: {{sobol: 16.0}}").design.number == 16
+    (gland,) = read(f"vary: {{{GLAND}: [1.0, {10**23}]}}").axes
+    assert [type(level.shown) for level in gland.levels] == [int, float]
+
+
 def test_a_sobol_sequence_of_more_points_begins_with_those_of_fewer():
     text = "vary: {%s: {from: 0.5, to: 50, scale: log}, load.thickness_mm: {from: 40, to: 50}}\n"
     text += "design: {sobol: %d}"
@@ -149,6 +158,12 @@ def test_points_that_a_condition_excludes_are_left_out():
         (f"vary: {{{GLAND}: {{from: 1, to: 2, number: 1000000000}}}}", "1,000,000,000 is more than 100,000"),
         (f"vary: {{{GLAND}: []}}", "give a list of values"),
         (f"vary: {{{GLAND}: [1, 2.0, 2]}}", "has 2 twice"),
+        (f"vary: {{{GLAND}: [1, .nan]}}", "has nan, which is no finite number"),
+        (f"vary: {{{GLAND}: {{from: 1, to: {10**400}, number: 3}}}}", "is no finite number"),
+        (f"vary: {{{GLAND}: [1, null]}}", "has an empty value; name it, as {named: {none: null"),
+        ("vary: {load.paddle: {named: {'': standard}}}", "an empty name; write one"),
+        (f"vary: {{{GLAND}: {{from: 1, to: 1.00002, number: 9}}}}", "has 3 values of 6 digits and not 9"),
+        (f"vary: {{{GLAND}: {{from: 1, to: 2}}}}\ndesign: {{saltelli: 1}}", "saltelli = 1: no interval"),
         ("vary: {load.paddle: [{tilting: {stiffness_n_mm_per_rad: 1}}]}", "name it, as {named:"),
         (
             f"vary: {{{GLAND}: {{from: 1, to: 2}}}}\ndesign: {{sobol: 100}}",

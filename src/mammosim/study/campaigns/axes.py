@@ -1,6 +1,6 @@
 """Which values a varied setting takes: a list, named groups, a range, or the span that a design samples."""
 
-import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +12,7 @@ from mammosim.core.errors import ConfigurationError
 DIGITS = 6  # significant ones of values that are computed: they read well, and name the same point tomorrow
 LINEAR, LOG = "linear", "log"
 SCALES = (LINEAR, LOG)
+WHOLE = 1e15  # of larger numbers not every whole one is a float
 AT_MOST = 100_000  # points of a campaign
 Shown = float | int | str | bool
 
@@ -64,12 +65,18 @@ class Design:
 
 
 SOBOL, LATIN_HYPERCUBE, SALTELLI = "sobol", "latin_hypercube", "saltelli"
+LEAST_SALTELLI = 2  # the interval of an index is of samples drawn from these
 DESIGNS = (SOBOL, LATIN_HYPERCUBE, SALTELLI)
 
 
 def is_number(value: Any) -> bool:
     """Whether it is a number, which true and false are not."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def is_finite(value: float | int) -> bool:
+    """Whether a float can hold it, as it can neither hold nan nor a whole number of 400 digits."""
+    return abs(value) <= sys.float_info.max
 
 
 def rounded(value: float) -> float:
@@ -80,8 +87,9 @@ def rounded(value: float) -> float:
 def axis(key: str, given: Any, place: str) -> Axis:
     """Of what stands under `vary`; place: file and key, for errors.
 
-    Raises ConfigurationError for a list without values or with one twice, a group without a name, a range
-    without beginning, end or number, and a logarithmic one that reaches 0.
+    Raises ConfigurationError for a list without values or with one twice, for what has no name, a number
+    that is not finite, a range without beginning, end or number or whose values cannot be told apart, and a
+    logarithmic one that reaches 0.
     """
     if isinstance(given, Mapping):
         if "named" in given:
@@ -93,18 +101,26 @@ def axis(key: str, given: Any, place: str) -> Axis:
         raise ConfigurationError(
             f"{place} has the group {groups[0]!r}; name it, as {{named: {{a: ..., b: ...}}}}"
         )
+    if None in given:
+        raise ConfigurationError(f"{place} has an empty value; name it, as {{named: {{none: null, a: 10}}}}")
+    if endless := [value for value in given if is_number(value) and not is_finite(value)]:
+        raise ConfigurationError(f"{place} has {endless[0]!r}, which is no finite number; leave it out")
     return Axis(key, _once([Level(_plain(value), _plain(value)) for value in given], place))
 
 
 def _plain(value: Any) -> Any:
-    """The number itself, whether it is written with a point or without."""
-    return int(value) if isinstance(value, float) and value.is_integer() and abs(value) < 1e15 else value
+    """The number itself, whether it is written with a point or without, or too long for a whole one."""
+    if not is_number(value) or not is_finite(value) or value != int(value):
+        return value
+    return int(value) if abs(value) < WHOLE else float(value)
 
 
 def _named(given: Mapping[str, Any], place: str) -> tuple[Level, ...]:
     groups = given["named"]
     if set(given) != {"named"} or not isinstance(groups, Mapping) or not groups:
         raise ConfigurationError(f"{place}: named = {groups!r}: give {{named: {{a: ..., b: ...}}}} alone")
+    if not all(str(name).strip() for name in groups):
+        raise ConfigurationError(f"{place}: named: an empty name; write one")
     return tuple(Level(str(name), value) for name, value in groups.items())
 
 
@@ -123,7 +139,7 @@ def _range(key: str, given: Mapping[str, Any], place: str) -> Axis:
     for end, words in (("from", "beginning"), ("to", "end")):
         if end not in given:
             raise ConfigurationError(f"{place} has no {words}: add `{end}:`")
-        if not is_number(given[end]) or not math.isfinite(given[end]):
+        if not is_number(given[end]) or not is_finite(given[end]):
             raise ConfigurationError(f"{place}.{end} = {given[end]!r} is no finite number; write one")
     low, high, scale = given["from"], given["to"], given.get("scale", LINEAR)
     if scale not in SCALES:
@@ -134,10 +150,11 @@ def _range(key: str, given: Mapping[str, Any], place: str) -> Axis:
         raise ConfigurationError(f"{place}.from = {low:g}: a logarithmic range begins above 0; raise it")
     if "number" not in given:
         return Axis(key, span=Span(low, high, scale), scale=scale)
-    return Axis(key, _spaced(low, high, _number(given["number"], place), scale), scale=scale)
+    return Axis(key, _spaced(low, high, _number(given["number"], place), scale, place), scale=scale)
 
 
 def _number(number: Any, place: str) -> int:
+    number = _plain(number)
     if not isinstance(number, int) or isinstance(number, bool) or number < 2:
         raise ConfigurationError(f"{place}.number = {number!r}: write a whole number of 2 or more")
     if number > AT_MOST:
@@ -145,9 +162,14 @@ def _number(number: Any, place: str) -> int:
     return number
 
 
-def _spaced(low: float, high: float, number: int, scale: str) -> tuple[Level, ...]:
+def _spaced(low: float, high: float, number: int, scale: str, place: str) -> tuple[Level, ...]:
     values = (np.geomspace if scale == LOG else np.linspace)(low, high, number)
     shown = dict.fromkeys(_plain(rounded(float(value))) for value in values)
+    if len(shown) < number:
+        raise ConfigurationError(
+            f"{place}: {low!r} to {high!r} has {len(shown)} values of {DIGITS} digits and not {number}; "
+            "widen it, or ask for fewer"
+        )
     return tuple(Level(value, value) for value in shown)
 
 
@@ -156,7 +178,9 @@ def design(given: Any, place: str) -> Design:
     kinds = [key for key in given if key != "seed"] if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in DESIGNS:
         raise ConfigurationError(f"{place} = {given!r}: write one of {', '.join(DESIGNS)}, as {{sobol: 256}}")
-    number, seed = given[kinds[0]], given.get("seed", 1)
+    number, seed = (
+        each if isinstance(each, int) else _plain(each) for each in (given[kinds[0]], given.get("seed", 1))
+    )
     for name, value in ((kinds[0], number), ("seed", seed)):
         if not isinstance(value, int) or isinstance(value, bool) or value < 1:
             raise ConfigurationError(f"{place}.{name} = {value!r}: write a whole number above 0")
@@ -165,6 +189,8 @@ def design(given: Any, place: str) -> Design:
         raise ConfigurationError(
             f"{place}.{kinds[0]} = {number}: its balance needs a power of two; write {near} or {2 * near}"
         )
+    if kinds[0] == SALTELLI and number < LEAST_SALTELLI:
+        raise ConfigurationError(f"{place}.{SALTELLI} = {number}: no interval is had of one; write 64")
     return Design(kinds[0], number, seed)
 
 

@@ -118,11 +118,12 @@ def _grid(table: pd.DataFrame, factors: Sequence[str], name: str) -> list[tuple[
 def _sobol(campaign: Campaign, table: pd.DataFrame) -> pd.DataFrame:
     """Of each subject and combination of listed values by itself; a sample with gaps is left out."""
     listed = [each.key for each in campaign.axes if each.span is None]
+    differ = [column for column in (*SUBJECT, *listed) if table[column].nunique() > 1]
     rows = []
-    for key, group in table.groupby([*SUBJECT, *listed], sort=False):
-        words = ", ".join(map(str, key if isinstance(key, tuple) else (key,)))
+    for _, group in table.groupby([*SUBJECT, *listed], sort=False):
+        words = ", ".join(["Sobol", *map(str, group[differ].iloc[0])])
         for name in answer_columns(campaign):
-            rows += [(name, *row, f"Sobol, {words}") for row in _indices(campaign, group, name)]
+            rows += [(name, *row, words) for row in _indices(campaign, group, name)]
     return pd.DataFrame(rows, columns=list(SHARES))
 
 
