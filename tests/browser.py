@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,13 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def page(browser) -> Iterator[Opened]:
+    """A new page: see new_page."""
+    with new_page(browser) as opened:
+        yield opened
+
+
+@contextmanager
+def new_page(browser: Any) -> Iterator[Opened]:
     """A new page, which must ask for files only and say nothing of errors."""
     context = browser.new_context(accept_downloads=True, reduced_motion="reduce")
     opened = Opened(context.new_page())

