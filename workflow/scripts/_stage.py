@@ -1,7 +1,7 @@
 """Run the script of a rule that may find no answer: its outputs then say so, and the other jobs go on.
 
 What mammosim itself rejects or cannot solve for one woman, side, strategy or view is an outcome of the study.
-A setting that cannot be meant, and any other exception, is a fault: it fails the job.
+A setting that cannot be meant, a damaged file, and any other exception, is a fault: it fails the job.
 """
 
 import logging
@@ -14,7 +14,7 @@ from typing import Any
 
 import _log
 
-from mammosim.core.errors import ConfigurationError, MammosimError, MissingResult
+from mammosim.core.errors import ConfigurationError, DamagedFile, MammosimError, MissingResult
 from mammosim.io.missing import write_missing
 
 # The column of a table for each wildcard of a rule that has another name there.
@@ -32,7 +32,7 @@ def run(snakemake) -> Iterator[dict[str, str]]:
     job = {COLUMNS.get(name, name): value for name, value in names.items()}
     try:
         yield job
-    except ConfigurationError:
+    except (ConfigurationError, DamagedFile):
         raise
     except MammosimError as error:
         reason = " ".join(str(error).split())

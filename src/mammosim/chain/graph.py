@@ -12,7 +12,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from mammosim.core.errors import ConfigurationError, MammosimError
+from mammosim.core.errors import ConfigurationError, DamagedFile, MammosimError, MissingResult
 
 log = logging.getLogger(__name__)
 PACKAGE = "mammosim.chain"
@@ -89,9 +89,17 @@ class Stage:
         getattr(module, f"save_{name}")(product, files, job)
 
     def load(self, files: Mapping[str, str]) -> Any:
-        """Read a product. Raises MissingResult where its files say that it is missing."""
+        """Read a product.
+
+        Raises MissingResult where its files say that it is missing, DamagedFile where they cannot be read.
+        """
         module, name = self._place()
-        return getattr(module, f"load_{name}")(files)
+        try:
+            return getattr(module, f"load_{name}")(files)
+        except (ConfigurationError, MissingResult):
+            raise
+        except MammosimError as error:
+            raise DamagedFile(str(error)) from error
 
     def _place(self) -> tuple[ModuleType, str]:
         return import_module(self.module), str(self.function).split(".")[1]

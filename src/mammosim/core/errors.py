@@ -74,5 +74,9 @@ class XrayError(MammosimError):
     """Spectrum, geometry, materials or tallies are impossible."""
 
 
+class DamagedFile(MammosimError):
+    """A file of the study cannot be read any more: no outcome, but to be made or copied again."""
+
+
 class MissingResult(MammosimError):
     """A result that an earlier stage could not give; the message is what that stage said."""

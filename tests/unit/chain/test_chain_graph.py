@@ -2,9 +2,10 @@
 
 import pytest
 
-from mammosim.chain import graph
+from mammosim.chain import graph, meshed
 from mammosim.chain.graph import Chain, Files, Need, Stage, changed, nested, overridden, pruned, read_by
-from mammosim.core.errors import ConfigurationError, MechanicsError
+from mammosim.chain.stages import STAGES as CHAIN
+from mammosim.core.errors import ConfigurationError, DamagedFile, MechanicsError, MeshError, MissingResult
 
 COUNT: list[str] = []
 
@@ -53,6 +54,22 @@ def test_a_product_is_made_once_and_shared_by_chains_in_which_nothing_it_reads_d
     assert chain.with_effects({"stiff", "noise"})["force"] == 12
     assert chain.with_settings({"other": 2})["force"] == 12
     assert sorted(COUNT) == ["force", "length"]
+
+
+@pytest.mark.parametrize(
+    ("raised", "found"),
+    [(MeshError, DamagedFile), (MissingResult, MissingResult), (ConfigurationError, ConfigurationError)],
+)
+def test_a_file_that_cannot_be_read_is_no_outcome_but_one_that_says_what_is_missing_is(
+    raised, found, monkeypatch
+):
+    def load(files):
+        raise raised(f"{files['mesh']}: why")
+
+    monkeypatch.setattr(meshed, "load_mesh", load)
+    with pytest.raises(found, match=r"mesh\.vtu") as error:
+        CHAIN["mesh"].load({"mesh": "mesh.vtu"})
+    assert type(error.value) is found
 
 
 def test_an_effect_makes_again_only_what_has_it(chain):

@@ -99,6 +99,20 @@ def test_points_are_answered_with_their_errors_and_share_what_they_are_made_of(
     assert not any(key[0] == "body" for key in chain.made)
 
 
+def test_what_points_share_and_can_be_read_no_more_is_a_fault_until_it_is_made_again(chain, asked, tmp_path):
+    assert [row["outcome"] for row in batch(chain, tmp_path).rows(items(1))] == ["converged"]
+    (file,) = (tmp_path / "products/mesh").glob("*/*.vtu")
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    (row,) = batch(chain, tmp_path).rows(items(3))
+    assert row["outcome"] == "failed"
+    assert faults([{"volunteer": "small", "side": "left"} | row])
+    assert file.name in row["reason"]
+    file.unlink()
+    (row,) = batch(chain, tmp_path).rows(items(3))
+    assert row["outcome"] == "converged"
+
+
 def test_a_point_has_its_own_effects(chain, asked, tmp_path, monkeypatch):
     parts = quantities.Quantity("parts", ("body",), lambda chain: len(chain["body"].parts))
     monkeypatch.setattr(answers, "QUANTITIES", {"parts": parts})

@@ -9,7 +9,7 @@ from mammosim.chain.graph import Chain, Inputs, upstream
 from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.quantities import QUANTITIES, Quantity
 from mammosim.chain.stages import STAGES
-from mammosim.core.errors import ConfigurationError, MammosimError
+from mammosim.core.errors import ConfigurationError, DamagedFile, MammosimError
 from mammosim.study.campaigns.campaign import STRESS_FREE
 from mammosim.study.campaigns.failures import ProgramFault
 
@@ -38,6 +38,8 @@ def answered(chain: Chain, read: Iterable[str]) -> Row:
     asked = {name: each for name, each in QUANTITIES.items() if {*each.products, *each.beside} <= read}
     try:
         row = row_of(*_answers(chain, asked))
+    except DamagedFile:
+        raise
     except MammosimError as error:
         row = row_of(None, None, *_outcome(error))
     return row | {"moduli_factor": moduli_factor(chain, read)}
