@@ -37,7 +37,8 @@ def main(files: dict, title: str, out: str) -> None:
     frames["questions"] = asked.table(
         sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made
     )
-    frames["answer_short"] = short_table(frames["answer_strategies"])
+    if len(frames["answer_strategies"]):
+        frames["answer_short"] = short_table(frames["answer_strategies"])
     shown = sections(layout, Contents(pictures, frames), **told)
     first = completeness(
         read_rows(files["missing"]), read_rows(files["not_planned"]), snakemake.params.volunteers
