@@ -44,7 +44,8 @@ def main(files: dict, title: str, out: dict[str, str]) -> None:
     frames["questions"] = asked.table(
         sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made
     )
-    frames["answer_short"] = short_table(frames["answer_strategies"])
+    if len(frames["answer_strategies"]):
+        frames["answer_short"] = short_table(frames["answer_strategies"])
     contents = Contents(
         _pages.beside([*files["pictures"], *of_pages[".png"], out["cost"]], out["page"]),
         frames,

@@ -10,7 +10,7 @@ from mammosim.figures.answer import answer as drawn
 from mammosim.study.report.answer import BETWEEN, STRATEGIES, answer_table, answers, monotone, reach, slow
 from mammosim.study.report.answer_limits import ALWAYS, Known, limits_table, why_not_pressed
 from mammosim.study.report.answer_words import percent, sentence, short_table
-from mammosim.study.report.pressed_breast import FORCE, PRESSURE, STRAIN, between, breasts
+from mammosim.study.report.pressed_breast import DONE, FORCE, STRAIN, between, breasts
 from mammosim.study.report.strategy_costs import (
     CALCIFICATIONS,
     DOSE,
@@ -383,11 +383,29 @@ def test_strategies_of_one_thickness_are_drawn_over_their_forces():
     rows = [pressed("standard", 50.0, 100.0), pressed("flexible", 50.2, 60.0, deflection_mm=1.0)]
     given = tables(compression=rows, image=[imaged("standard", 2.0), imaged("flexible", 2.0)])
     costs, found = asked(given)
-    path = pd.DataFrame(
-        columns=["volunteer", "side", "strategy", "moduli", "thickness_mm", *(FORCE, PRESSURE)]
-    )
+    path = pd.DataFrame(columns=["volunteer", "side", "strategy", "moduli", "thickness_mm", *DONE.values()])
     figure = drawn(
         answer_table([found]), costs, given["compression"], path, volunteer="ada", side="left",
         loss_percent={"dose": 5.0, "detectability": 5.0},
     )  # fmt: skip
     assert {ax.get_xlabel() for ax in figure.axes[-2:]} == {"force (N)"}
+
+
+def test_many_strategies_have_room_in_the_figure():
+    names = [f"way{k:02d}" for k in range(40)]
+    rows = [pressed(name, 51.0 + k, 90.0 - k) for k, name in enumerate(names)]
+    given = tables(
+        compression=[pressed("standard", 50.0, 100.0), *rows],
+        image=[imaged("standard", 2.0), *(imaged(name, 2.0 + 0.08 * k) for k, name in enumerate(names))],
+    )
+    costs, found = asked(given)
+    assert found.less.split() == ["way00", "way01"]
+    path = pd.DataFrame(columns=["volunteer", "side", "strategy", "moduli", "thickness_mm", *DONE.values()])
+    figure = drawn(
+        answer_table([found]), costs, given["compression"], path, volunteer="ada", side="left",
+        loss_percent={"dose": 5.0, "detectability": 5.0},
+    )  # fmt: skip
+    (legend,) = figure.legends
+    named = [text.get_text() for text in legend.get_texts()]
+    assert "41 strategies, 9 named:" in named
+    assert len(named) < 20
