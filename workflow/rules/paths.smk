@@ -172,6 +172,14 @@ def viewed(volunteer):
     return [{key: value.replace("_", " ") if key == "name" else value for key, value in zip(keys, each)} for each in shapes]
 
 
+def absent_words(volunteer):
+    """What cannot be shown of a woman and why, and what more of her data would add."""
+    gains = [
+        f"With {' and '.join(names)} there would also be: {', '.join(whats)}." for names, whats in told_of(volunteer)["gains"]
+    ]
+    return [*(f"{what} is not planned: {why}." for what, why in NOT_PLANNED[volunteer]), *gains]
+
+
 def files_viewed(body):
     """The files of a body that is shown."""
     more = [body["path"].replace(".vtu", "_faces.csv")] if body["kind"] == "pressed" else []

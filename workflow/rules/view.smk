@@ -10,7 +10,7 @@ rule view:
         "results/study/view/{v}.js",
     params:
         told=lambda wildcards: viewed(wildcards.v),
-        absent=lambda wildcards: [f"{what} is not planned: {why}" for what, why in NOT_PLANNED[wildcards.v]],
+        absent=lambda wildcards: absent_words(wildcards.v),
         library=library("view.py"),
     log:
         "results/logs/view/{v}.log",
