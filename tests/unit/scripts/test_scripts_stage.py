@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
-from mammosim.core.errors import ConfigurationError, MechanicsError, MissingResult
+from mammosim.core.errors import ConfigurationError, DamagedFile, MechanicsError, MissingResult
 from mammosim.figures.style import new_figure
 from mammosim.io.figures import missing_reason
 from mammosim.io.tables import read_json, read_rows, write_table
@@ -68,7 +68,10 @@ def test_what_is_missing_before_it_is_handed_on_as_it_was_said_first(stage, job,
     assert capsys.readouterr().err == "", "it was said where it happened"
 
 
-@pytest.mark.parametrize("error", [ConfigurationError("xray has no key 'kv'"), ValueError("a fault")])
+@pytest.mark.parametrize(
+    "error",
+    [ConfigurationError("xray has no key 'kv'"), ValueError("a fault"), DamagedFile("mesh ends early")],
+)
 def test_a_setting_that_cannot_be_meant_and_a_fault_fail_the_job(stage, job, tmp_path, error):
     with pytest.raises(type(error), match=str(error)), stage.run(job):
         raise error
