@@ -29,8 +29,14 @@ def mine(study, tmp_path):
         ({"law": "fung"}, "config/models/mine.yaml: law = 'fung': must be one of: neo_hookean"),
         ({"effects": ["blood"]}, "config/models/mine.yaml: effects.0 = 'blood': must be one of: gland"),
         ({"colour": "red"}, "config/models/mine.yaml: there is no key 'colour'"),
-        ({"source": "nobody1900"}, "config/models/mine.yaml: source = 'nobody1900': config/references.bib has no"),
-        ({"tissues": "wool"}, "config/models/mine.yaml: tissues = 'wool': not in config/tissues; take one of"),
+        (
+            {"source": "nobody1900"},
+            "config/models/mine.yaml: source = 'nobody1900': config/references.bib has no",
+        ),
+        (
+            {"tissues": "wool"},
+            "config/models/mine.yaml: tissues = 'wool': not in config/tissues; take one of",
+        ),
         ({"tissues": {"tissues": {}}}, "config/models/mine.yaml: no parameters for tissue 'adipose'"),
         ({"effects": ["sliding"]}, "config/models/mine.yaml: settings.sliding is not there"),
     ],

@@ -7,7 +7,7 @@ from typing import Any
 from mammosim.chain.graph import Stage, overridden
 from mammosim.chain.published_stages import EFFECTS, LAWS, OWN_METHODS, SLIDING, Otherwise, stages_of
 from mammosim.core.errors import ConfigurationError
-from mammosim.core.settings import Count, read
+from mammosim.core.settings import Count, Positive, read
 from mammosim.core.tissues import TissueTable
 
 PRODUCTS = ("stress_free", "loaded", "force")
@@ -37,7 +37,8 @@ class Model:
     """One file of config/models.
 
     source: a key of the bibliography; known_from: what of it was read; tissues: a table as in config/tissues;
-    settings: those of its effects; increments: of the law in small increments.
+    settings: those of its effects; increments: of the law in small increments; tolerance_mm: of a stress-free
+    shape loaded again, None for the study's.
     Raises ConfigurationError for an unknown law, method or effect, and for an effect without its settings.
     """
 
@@ -53,6 +54,7 @@ class Model:
     not_reproduced: str
     settings: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     increments: Count = 10
+    tolerance_mm: Positive | None = None
 
     def __post_init__(self) -> None:
         _among(self.law, LAWS, "law")
@@ -92,10 +94,11 @@ class Model:
 
     def over(self, study: Mapping[str, Any], position: str) -> dict[str, Any]:
         """The study's settings with its own in their place; position: in which the breast was measured."""
+        tolerance = {} if self.tolerance_mm is None else {"tolerance_mm": self.tolerance_mm}
         own = {
             "model": {"law": self.law, "increments": self.increments, "position": position},
             "effects": dict.fromkeys(NOT_IN_STUDY) | dict(self.settings),
-            "mechanics": {"stress_free": {"default": self.method}},
+            "mechanics": {"stress_free": {"default": self.method} | tolerance},
             # Half of the depth of her breast in prone, whatever the model.
             "load": {"moduli": "gravity", "thickness_mm": None, "position": position},
         }

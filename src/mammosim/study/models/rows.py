@@ -20,6 +20,7 @@ from mammosim.core.mesh import TetMesh
 
 POSITIONS = ("prone", "supine", "upright")
 AXES = "xyz"
+DIGITS = 6  # of a distance in mm: what is less is rounding
 
 
 def measured_row(chain: Chain, nipples: Mapping[str, np.ndarray], *, took: float = 0.0) -> dict[str, Any]:
@@ -51,7 +52,8 @@ def measured_row(chain: Chain, nipples: Mapping[str, np.ndarray], *, took: float
     rest = made("stress_free", "stress-free shape", chain)
     row: dict[str, Any] = {"stress_free_moved_mm": np.nan}
     if rest is not None:
-        row["stress_free_moved_mm"] = float(np.linalg.norm(nipple_in(rest.mesh.points) - hanging[0]))
+        moved = float(np.linalg.norm(nipple_in(rest.mesh.points) - hanging[0]))
+        row["stress_free_moved_mm"] = round(moved, DIGITS)
     for position in POSITIONS:
         found = made("loaded", position, chain.with_settings({"load.position": position}))
         place = np.full(3, np.nan) if found is None else nipple_in(found.mesh.points)
@@ -68,14 +70,14 @@ def measured_row(chain: Chain, nipples: Mapping[str, np.ndarray], *, took: float
 def _placed(position: str, place: np.ndarray, nipples: Mapping[str, np.ndarray]) -> dict[str, float]:
     away = np.linalg.norm(place - nipples[position]) if position in nipples else np.nan
     at = {f"nipple_{position}_{axis}_mm": float(value) for axis, value in zip(AXES, place)}
-    return {f"nipple_{position}_mm": float(away), **at}
+    return {f"nipple_{position}_mm": round(float(away), DIGITS), **at}
 
 
-SCORED = ("stress_free_mean_mm", "stress_free_max_mm", "nipple_upright_mm")
+SCORED = ("stress_free_mean_mm", "stress_free_median_mm", "nipple_upright_mm")
 SHOWN = (
     *("volunteer", "side", "model", "title", "law", "moduli_kpa", "skin", "chest", "unloading"),
     *("nipple_prone_mm", "nipple_supine_mm", "nipple_upright_mm", "stress_free_moved_mm"),
-    *("stress_free_mean_mm", "stress_free_max_mm", "thickness_mm", "force_n", "seconds", "outcome"),
+    *("stress_free_mean_mm", "stress_free_median_mm", "thickness_mm", "force_n", "seconds", "outcome"),
     *("known_from", "reproduced", "not_reproduced"),
 )
 
