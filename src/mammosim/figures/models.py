@@ -46,6 +46,7 @@ def _bars(ax: Axes, place: np.ndarray, values: pd.Series, colour: str) -> None:
 
 def _dots(ax: Axes, place: np.ndarray, values: pd.Series) -> None:
     ax.plot(values.to_numpy(dtype=float), place, "D", color=BLUE, ms=4.5)
+    ax.margins(x=0.12)  # a mark at the end is whole
 
 
 def _lacking(ax: Axes, place: np.ndarray, values: pd.Series) -> None:
