@@ -10,7 +10,7 @@ from mammosim.chain.stages import STAGES
 
 MAY_READ_THE_TRUTH = ("digital_", "score_")
 # What is made by default, and on demand of volunteers beside the study.
-TARGETS = ("study", "recovery", "wrong_model")
+TARGETS = ("study", "recovery", "wrong_model", "models")
 TWO = ("small", "large")
 
 
@@ -52,7 +52,7 @@ def test_scores_are_read_by_tables_and_pictures_only(jobs):
     readers = {
         job.split(":")[0] for job, inputs in jobs.items() if any("results/scores/" in path for path in inputs)
     }
-    assert readers <= {"table", "recovery_table", "figure_segmentation"}
+    assert readers <= {"table", "recovery_table", "models_table", "figure_segmentation"}
 
 
 def test_made_volunteers_go_the_way_of_every_volunteer(study):

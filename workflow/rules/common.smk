@@ -118,6 +118,7 @@ def known_names():
         relations.TISSUES: tissues,
         relations.MODULI: ["gravity", *tissues],
         relations.SCENES: scenes,
+        relations.PUBLISHED: stems("config/models"),
         relations.ACCURACIES: ["study", *(name for name in accuracies if not name.startswith("parameters"))],
     }
     if strategies and isinstance(described := read_yaml(strategies), dict):

@@ -19,6 +19,7 @@ DRAWN = {
     "softening": ("identification.softening", ["softening"]),
     "effects": ("scenes.effects", ["effects"]),
     "scenes": ("scenes.scenes", ["scenes"]),
+    "models": ("models.models", ["models"]),
     "recovery": ("identification.recovery", ["recovery"]),
     "moduli": ("literature.moduli", ["identification"]),
     "gravity_and_compression": ("literature.gravity_and_compression", ["identification", "moduli_ratio"]),

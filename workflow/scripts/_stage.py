@@ -18,7 +18,10 @@ from mammosim.core.errors import ConfigurationError, DamagedFile, MammosimError,
 from mammosim.io.missing import write_missing
 
 # The column of a table for each wildcard of a rule that has another name there.
-COLUMNS = {"v": "volunteer", "w": "volunteer", "p": "position", "kpa": "youngs_modulus_kpa"}
+COLUMNS = {
+    **{"v": "volunteer", "w": "volunteer", "p": "position"},
+    **{"kpa": "youngs_modulus_kpa", "published": "model"},
+}
 
 
 @contextmanager

@@ -220,6 +220,7 @@ def press_setup(inputs: Inputs) -> PressSetup:
         moduli_factor=pressed_factor(inputs),
         smallest_mm=given.smallest_mm,
         solved=PressSettings(steps=given.steps, penetration_mm=given.penetration_mm),
+        held=body.held(rest),
     )
 
 

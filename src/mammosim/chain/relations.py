@@ -74,6 +74,7 @@ STRATEGIES = "the file of compression.strategies_file"
 TISSUES = "config/tissues"
 MODULI = "gravity and config/tissues"
 SCENES = "config/scenes"
+PUBLISHED = "config/models"
 ACCURACIES = "study and config/accuracy"
 FILES = "the files that are there"
 VOLUNTEERS = "volunteer_table and the digital volunteers"
@@ -103,6 +104,7 @@ RELATIONS: Mapping[str, tuple[Relation, ...]] = {
         Relation("validation.wrong_model", _among, WOMEN, "describe her, or leave her out"),
         Relation("validation.wrong_model.*", _among, WOMEN, "describe her, or leave her out"),
         Relation("scenes.names", _among, SCENES, WRITE),
+        Relation("models.names", _among, PUBLISHED, WRITE),
         Relation("scenes.accuracy", _among, ACCURACIES, "take one of these"),
         Relation("scenes.coarse", _among, ACCURACIES, "take one of these"),
         Relation("propagation.pressed", _less, "propagation.draws", "draw more, or press fewer"),

@@ -62,7 +62,8 @@ class PressSetup:
     thickness_mm: of the standard strategy; smallest_mm: no paddle goes further; standard: the load path of
     the standard strategy of the same breast and moduli, None where it is not known; solved: how a rigid
     paddle's path is; thickness_from: chain.thickness.StandardThickness.origin; moduli_factor: by what all
-    moduli of the effects were multiplied; chest_gap_mm, chest_gap_from: chain.plates.PlacedPlates.
+    moduli of the effects were multiplied; chest_gap_mm, chest_gap_from: chain.plates.PlacedPlates; held
+    (n_node, 3) bool: None for the nodes of `posterior`.
     """
 
     mesh: TetMesh
@@ -77,6 +78,7 @@ class PressSetup:
     moduli_factor: float = 1.0
     chest_gap_mm: float = float("nan")
     chest_gap_from: str = GIVEN
+    held: np.ndarray | None = None
 
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
@@ -91,9 +93,11 @@ class PressSetup:
         known = self.standard if self.plates.friction is None else None
         warm_starts = known.warm_starts(paddle, control) if known else ()
         if not warm_starts:
-            found = compress(*body, plates=plates, control=control, settings=settings)
+            found = compress(*body, plates=plates, control=control, held=self.held, settings=settings)
             return replace(found, path=path_of(found))
-        found = continued(*body, plates=plates, control=control, warm_starts=warm_starts, settings=settings)
+        found = continued(
+            *body, plates=plates, control=control, warm_starts=warm_starts, held=self.held, settings=settings
+        )
         path = path_of(found)
         if paddle != Rigid():
             path = path.iloc[len(warm_starts) :].assign(work_uj=np.nan)

@@ -12,8 +12,17 @@ import numpy as np
 from mammosim.core.errors import MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import CellTissues, Tissue, Tissues
-from mammosim.mechanics.effects import Effect, Fibres, SkinMembrane, Weight, bulk_tissue
-from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium
+from mammosim.mechanics.effects import (
+    Effect,
+    Fibres,
+    Obstacle,
+    SkinMembrane,
+    Sliding,
+    Weight,
+    bulk_tissue,
+    chest_wall_contact,
+)
+from mammosim.mechanics.equilibrium import Equilibrium, Settings, equilibrium, held_nodes
 from mammosim.mechanics.ligaments import ligament_directions
 from mammosim.mechanics.mixture import cell_tissues
 from mammosim.mechanics.reference import face_quadrature, faces_of
@@ -88,8 +97,55 @@ class Ligaments:
         return Fibres.of(mesh, directions, stiffness_kpa=self.stiffness_kpa, exponent=self.exponent)
 
 
+@dataclass(frozen=True)
+class Slides:
+    """The back of the body slides on the ribs, see effects.Sliding; what else is held stays so.
+
+    faces (n_face, 6): of the boundary `posterior`, on the ribs; wall: the ribs; stiffness against leaving the
+    wall, and of the loose tissue along it, kPa/mm.
+    """
+
+    faces: np.ndarray
+    wall: Obstacle
+    normal_kpa_per_mm: float
+    tangential_kpa_per_mm: float
+
+    def stiffened(self, factor: float) -> "Slides":
+        """The same with both stiffnesses times a factor."""
+        both = (factor * self.normal_kpa_per_mm, factor * self.tangential_kpa_per_mm)
+        return replace(self, normal_kpa_per_mm=both[0], tangential_kpa_per_mm=both[1])
+
+    def free_nodes(self, mesh: TetMesh) -> np.ndarray:
+        """Numbers (n,) of the nodes that are on no other face of `posterior`."""
+        mine = {tuple(face) for face in self.faces.tolist()}
+        others = [face for face in mesh.boundaries["posterior"].tolist() if tuple(face) not in mine]
+        return np.setdiff1d(self.faces, np.array(others, dtype=self.faces.dtype))
+
+    def on(self, mesh: TetMesh) -> Sliding:
+        """Of a mesh whose points are the reference."""
+        areas = face_quadrature(mesh.points, self.faces).areas
+        stiffness = (self.normal_kpa_per_mm, self.tangential_kpa_per_mm)
+        return Sliding(self.faces, areas, mesh.points, self.wall, *stiffness)
+
+
+@dataclass(frozen=True)
+class ChestWall:
+    """Ribs that the skin cannot pass, see effects.chest_wall_contact; penalty in kPa/mm."""
+
+    wall: Obstacle
+    penalty_kpa_per_mm: float
+
+    def stiffened(self, factor: float) -> "ChestWall":
+        """The same with its penalty times a factor."""
+        return replace(self, penalty_kpa_per_mm=factor * self.penalty_kpa_per_mm)
+
+    def on(self, mesh: TetMesh) -> Effect:
+        """Of a mesh whose points are the reference."""
+        return chest_wall_contact(mesh, self.wall, boundary="skin", penalty=self.penalty_kpa_per_mm)
+
+
 class Part(Protocol):
-    """What a body may have beside its bulk: Skin, Fascia, Ligaments."""
+    """What a body may have beside its bulk: Skin, Fascia, Ligaments, and how it lies on the ribs."""
 
     def stiffened(self, factor: float) -> "Part":
         """The same with its modulus times a factor."""
@@ -114,7 +170,16 @@ class Body:
         """With every modulus times a factor: it hangs as this one does under its weight over the factor."""
         if factor == 1.0:
             return self
-        return Body(_stiffened(self.tissues, factor), tuple(part.stiffened(factor) for part in self.parts))
+        parts = tuple(part.stiffened(factor) for part in self.parts)
+        return replace(self, tissues=_stiffened(self.tissues, factor), parts=parts)
+
+    def held(self, mesh: TetMesh) -> np.ndarray:
+        """(n_node, 3) bool: every component of the nodes of `posterior`, but of those that slide."""
+        held = held_nodes(mesh)
+        for part in self.parts:
+            if isinstance(part, Slides):
+                held[part.free_nodes(mesh)] = False
+        return held
 
     def effects(self, mesh: TetMesh) -> tuple[Effect, ...]:
         """The elastic effects on a mesh whose points are the reference."""
@@ -138,7 +203,8 @@ class Body:
         Raises MechanicsError for an ill-posed problem, EquilibriumError when no verified one was reached.
         """
         effects, weight = self.effects(mesh), self.weight(mesh, gravity)
-        return equilibrium(mesh, effects, loads=(weight,), start=start, settings=settings)
+        held = self.held(mesh)
+        return equilibrium(mesh, effects, loads=(weight,), start=start, held=held, settings=settings)
 
 
 def _stiffened(tissues: Tissues, factor: float) -> Tissues:

@@ -99,19 +99,20 @@ def continued(
     plates: Plates,
     control: Control,
     warm_starts: Sequence[WarmStart],
+    held: np.ndarray | None = None,
     settings: PressSettings | None = None,
 ) -> Compression:
     """As compress, along the load path of another compression of the same body, by a rigid paddle.
 
     warm_starts: its stages from first contact on; those beyond the control are left out. plates: at the
-    same place, a paddle that yields at rest. Raises MechanicsError with friction or without a
-    stage, else as compress.
+    same place, a paddle that yields at rest; held: as in compress. Raises MechanicsError with friction or
+    without a stage, else as compress.
     """
     if plates.friction is not None or not warm_starts:
         raise MechanicsError(
             "a compression is continued without friction, from one warm start or more; use compress instead"
         )
-    with _press(mesh, effects, plates, None, settings or PressSettings()) as press:
+    with _press(mesh, effects, plates, held, settings or PressSettings()) as press:
         return _compression(
             press, mesh, _to_control(press, [each.stage(press) for each in warm_starts], control)
         )

@@ -22,7 +22,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import shared_analysis, system_of
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.effects import Scaled
-from mammosim.mechanics.equilibrium import Equilibrium, equilibrium, held_nodes
+from mammosim.mechanics.equilibrium import Equilibrium, equilibrium
 from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.newton import System, is_stable
 from mammosim.mechanics.pattern import Tangent
@@ -128,7 +128,7 @@ def linearised(measured: Measured, X: np.ndarray, load_factor: float = 1.0) -> I
     """The linearisation at a reference X (n_node, 3); cheap inside `shared_analysis`."""
     x = measured.mesh.points
     potential = measured.potential(X, load_factor)
-    with system_of(potential, held_nodes(measured.mesh)) as system:
+    with system_of(potential, measured.body.held(measured.mesh)) as system:
         K = potential.tangent(x, system.pattern)
         yield Linearised(measured, system, X, potential.gradient(x), K)
         K.give_back()
@@ -155,7 +155,7 @@ def inverse(
     brought on.
     """
     settings = settings or InverseSettings()
-    require_well_posed(measured, held_nodes(measured))
+    require_well_posed(measured, body.held(measured))
     problem = Measured(measured, body, np.asarray(gravity, dtype=float))
     history: list[UnloadingStep] = []
     if start is not None:
@@ -196,7 +196,7 @@ def _first(
     effects, weight = problem.body.effects(mesh), problem.body.weight(mesh, -problem.gravity)
     while True:
         try:
-            state = equilibrium(mesh, effects, loads=(Scaled(weight, factor),))
+            state = equilibrium(mesh, effects, loads=(Scaled(weight, factor),), held=problem.body.held(mesh))
             history.append(_reversed(len(history), mesh, state))
             return _newton(problem, state.points, factor, settings, history), factor
         except EquilibriumError as failure:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
-from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidPlate
+from mammosim.mechanics.effects import Effect, MixedNeoHookean, NeoHookean, RigidPlate, SpringNetwork
 from mammosim.mechanics.equilibrium import Settings
 from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.newton import Iteration, NewtonSettings
@@ -117,7 +117,6 @@ class Stage:
 
 def default_penalty(effects: tuple[Effect, ...]) -> float:
     """PENALTY_RATIO times the median shear modulus of the cells, per mm."""
-    mu = np.concatenate(
-        [effect.mu for effect in effects if isinstance(effect, (NeoHookean, MixedNeoHookean))]
-    )
+    bulk = (NeoHookean, MixedNeoHookean, SpringNetwork)
+    mu = np.concatenate([effect.mu for effect in effects if isinstance(effect, bulk)])
     return PENALTY_RATIO * float(np.median(mu))

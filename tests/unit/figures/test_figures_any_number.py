@@ -29,6 +29,7 @@ from mammosim.figures import (
     unloading,
     validation,
 )
+from mammosim.figures import models as published
 from mammosim.figures.render import render
 from mammosim.figures.series import LISTED, SAMPLE, colours, lines, markers, numbered, some
 from mammosim.figures.style import SERIES
@@ -239,6 +240,14 @@ def residuals(women: int, methods: int) -> Figure:
     return unloading.convergence(rows, tolerance_mm=0.1)
 
 
+def compared(n: int) -> Figure:
+    """Published models, of which every third found no force."""
+    rows = table(title=names(n, "model"), nipple_prone_mm=1.0, nipple_supine_mm=lambda k: 2.0 + k % 5,
+                 nipple_upright_mm=np.nan, stress_free_median_mm=lambda k: 1.0 + k % 3,
+                 force_n=lambda k: np.nan if k % 3 == 2 else 1.0 + k, seconds=lambda k: 10.0 + k)  # fmt: skip
+    return published.models(rows)
+
+
 def distinct(ax: Axes) -> int:
     """How many colours its lines have."""
     return len({line.get_color() for line in ax.lines if len(line.get_xdata()) > 0})
@@ -342,6 +351,7 @@ CASES: dict[str, tuple[Callable[[int], Figure], Callable[[Figure], int]]] = {
     "scenes": (answered, lambda f: bars(f.axes[0])),
     "validation, positions": (predicted, lambda f: distinct(f.axes[3])),
     "models, positions": (models, titled),
+    "published models": (compared, lambda f: ticks(f.axes[0].yaxis)),
     "hard cases": (cases, lambda f: bars(f.axes[1])),
     "rules": (
         lambda n: status.time_and_memory(table(rule=names(n), s=1.0, max_rss=9.0)),

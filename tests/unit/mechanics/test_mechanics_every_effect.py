@@ -32,6 +32,8 @@ from mammosim.mechanics.effects import (
     RoundedBox,
     Scaled,
     Sliding,
+    SmallStrain,
+    SpringNetwork,
     Springs,
     Weight,
     chest_wall_contact,
@@ -47,8 +49,12 @@ SURROUNDINGS = (
     *("weight", "part of the weight", "water", "plate", "bent plate", "friction"),
     *("chest wall", "sliding", "attraction"),
 )
-ELASTIC = ("bulk", "nearly incompressible bulk", "skin", "fascia", "fibres", "stiffening fibres", "springs")
-NAMES = ELASTIC + SURROUNDINGS
+ELASTIC = (
+    *("bulk", "nearly incompressible bulk", "network", "skin", "fascia"),
+    *("fibres", "stiffening fibres", "springs"),
+)
+# Linear elasticity stores energy in a rotation, which is why its increments have to be small.
+NAMES = (*ELASTIC, "small strain", *SURROUNDINGS)
 
 
 def body(R=None):
@@ -71,6 +77,8 @@ def effect(name, R=None):
     made = {
         "bulk": lambda: NeoHookean.of(mesh, TISSUES),
         "nearly incompressible bulk": lambda: MixedNeoHookean.of(mesh, NEARLY_INCOMPRESSIBLE),
+        "network": lambda: SpringNetwork.of(mesh, TISSUES),
+        "small strain": lambda: SmallStrain.of(mesh, TISSUES),
         "skin": lambda: Skin(10.0, 0.45, 1.5).on(mesh),
         "fascia": lambda: Fascia(120.0, 0.45, 0.1, boundary="skin").on(mesh),
         "fibres": lambda: Fibres.of(mesh, directions, stiffness_kpa=2.0),

@@ -13,9 +13,11 @@ from mammosim.mechanics.effects.contact import (
 )
 from mammosim.mechanics.effects.fibres import Fibres
 from mammosim.mechanics.effects.mixed import MixedNeoHookean, bulk_tissue
+from mammosim.mechanics.effects.network import SpringNetwork
 from mammosim.mechanics.effects.plate import BentBox, RigidPlate, RoundedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
+from mammosim.mechanics.effects.small_strain import SmallStrain
 from mammosim.mechanics.effects.springs import Attraction, Springs
 from mammosim.mechanics.effects.weight import Buoyancy, Weight
 
@@ -39,6 +41,8 @@ __all__ = [
     "Scaled",
     "SkinMembrane",
     "Sliding",
+    "SmallStrain",
+    "SpringNetwork",
     "Springs",
     "Weight",
     "bulk_tissue",
