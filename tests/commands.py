@@ -23,6 +23,7 @@ PLANNED = {
     "--cores 2 hard_cases",
     "--cores 2 recovery",
     "--cores 2 wrong_model",
+    "--cores 2 models",
     "--cores 2 softening",
     "--cores 2 scenes",
     "--cores 2 accuracy",
