@@ -57,9 +57,10 @@ def test_a_long_table_stands_on_the_page_in_its_first_rows_and_whole_for_its_scr
 
 def test_citations_lead_to_the_entries_and_formulas_are_mathml():
     sources = {"a1": "Adams & Eve 2001", "b2": "Cain 2002"}
-    assert str(words("As [@a1; @b2].", sources)) == (
-        'As (<a href="#source-a1">Adams &amp; Eve 2001</a>; <a href="#source-b2">Cain 2002</a>).'
+    assert str(words("Known [@a1; @b2].", sources)) == (
+        'Known (<a href="#source-a1">Adams &amp; Eve 2001</a>; <a href="#source-b2">Cain 2002</a>).'
     )
+    assert str(words("As in [@b2].", sources)) == 'As in <a href="#source-b2">Cain 2002</a>.'
     assert str(words("As [@a1].")) == "As [@a1]."
     with pytest.raises(ConfigurationError, match=r"\[@a2\] is not in the bibliography"):
         words("As [@a2].", sources)

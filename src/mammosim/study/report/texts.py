@@ -17,6 +17,8 @@ NUMBER = re.compile(r"\{([a-zA-Z][^{}:]*)(?::([^{}]+))?\}")
 SENTENCE = re.compile(r"(?<=[.:?])(\s+)(?=[A-Z*])")
 FORMULA = re.compile(r"\$([^$\n]+(?:\n[^$\n]+)*)\$")
 CITATION = re.compile(r"\[(@\w+(?:\s*;\s*@\w+)*)\]")
+# Behind these a citation is part of the sentence, and stands without brackets.
+PART_OF_SENTENCE = re.compile(r"\b(?:of|in|as|by|from|to|with|than) $", re.I)
 # What MathML may have on a page: no element or attribute that runs, loads or links anything.
 ELEMENTS = re.compile(
     r"math|mrow|mi|mn|mo|ms|mtext|mspace|mfrac|msqrt|mroot|msub|msup|msubsup|munder|mover|munderover|mtable"
@@ -77,7 +79,7 @@ def _plain(text: str, sources: Sources | None) -> Markup:
     html = re.sub(r"\[([^\]]+)\]\(([^()\s]+)\)", r'<a href="\2">\1</a>', html)
     html = re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", html)
     if sources is not None:
-        html = CITATION.sub(lambda match: _cited(match[1], sources), html)
+        html = CITATION.sub(lambda found: _cited(found, sources), html)
     return Markup(html)
 
 
@@ -111,15 +113,16 @@ def cited_keys(texts: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _cited(keys: str, sources: Sources) -> str:
-    """Links to the entries, as (Mira et al. 2018; Carter 2009)."""
+def _cited(found: re.Match[str], sources: Sources) -> str:
+    """Links to the entries, as (Mira et al. 2018; Carter 2009), and in a sentence without the brackets."""
     links = []
-    for key in re.findall(r"\w+", keys):
+    for key in re.findall(r"\w+", found[1]):
         if key not in sources:
             near = ", ".join(sorted(name for name in sources if name[:3] == key[:3])) or "none alike"
             raise ConfigurationError(f"[@{key}] is not in the bibliography; there are: {near}")
         links.append(f'<a href="#{anchor_of(key)}">{escape(sources[key])}</a>')
-    return f"({'; '.join(links)})"
+    part = PART_OF_SENTENCE.search(found.string[: found.start()])
+    return "; ".join(links) if part else f"({'; '.join(links)})"
 
 
 def _outside_formulas(text: str, change: Callable[[str], str]) -> str:

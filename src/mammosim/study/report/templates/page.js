@@ -152,10 +152,12 @@ function startFigures() {
 function startContents() {
   const links = new Map(all("nav li a").map((link) => [decodeURIComponent(link.hash.slice(1)), link]));
   if (matchMedia("(max-width: 860px)").matches) one("nav details").open = false;
-  const seen = new IntersectionObserver((entries) => entries.filter((entry) => entry.isIntersecting).forEach((entry) => {
-    links.forEach((link) => link.removeAttribute("aria-current"));
-    links.get(entry.target.id)?.setAttribute("aria-current", "true");
-  }), { rootMargin: "0px 0px -80% 0px" });
+  const there = new Set();
+  const seen = new IntersectionObserver((entries) => {
+    entries.forEach((entry) => there[entry.isIntersecting ? "add" : "delete"](entry.target.id));
+    const first = [...links.keys()].find((id) => there.has(id));
+    links.forEach((link, id) => (id === first ? link.setAttribute("aria-current", "true") : link.removeAttribute("aria-current")));
+  }, { rootMargin: "0px 0px -80% 0px" });
   all("main > section").forEach((section) => seen.observe(section));
 }
 
