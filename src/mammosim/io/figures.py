@@ -21,7 +21,7 @@ def png_of(figure: Any, *, missing: str | None = None) -> bytes:
     figure.savefig(drawn, dpi=DPI, format="png", pil_kwargs={"compress_level": 1})
     if missing:
         text.add_text(MISSING, missing)
-    _few_colours(Image.open(drawn).convert("RGB")).save(small, "png", pnginfo=text)
+    _few_colours(Image.open(drawn).convert("RGB")).save(small, "png", pnginfo=text, dpi=(DPI, DPI))
     return small.getvalue()
 
 
