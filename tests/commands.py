@@ -54,7 +54,7 @@ EXAMPLES = "tests/unit/examples/test_examples.py::test_an_example_runs_and_print
 # Others, and the test that runs them.
 RUN: Mapping[str, str] = {
     ".venv/bin/snakemake --profile workflow/profiles/slurm": (
-        "tests/workflow/test_workflow_cluster.py::test_the_tiny_study_ends_with_its_report"
+        "tests/workflow/test_workflow_cluster.py::test_the_tiny_study_ends_with_its_report_and_has_a_campaign"
     ),
     "printf 'scenes: {names: [force]}\\n' > scenes.yaml": (
         "tests/workflow/test_workflow_commands.py::test_commands_can_be_planned"

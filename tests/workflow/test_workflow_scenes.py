@@ -91,7 +91,7 @@ accuracy: study
 
 def test_the_page_stands_alone_and_the_report_shows_it(answered):
     page = (answered.run / "results/study/scenes.html").read_text()
-    assert "data:image/png;base64," in page
+    assert '<img src="figures/' in page
     assert (
         "results/study/effects.csv"
         in answered.jobs("results/study/report.html")["report: results/study/report.html"]

@@ -23,14 +23,14 @@ def models(table: pd.DataFrame) -> Figure:
         values = table[f"nipple_{position}_mm"].to_numpy(dtype=float)
         nipples.plot(values, place + shift, marker, color=colour, label=position, ms=4.5)
     nipples.set(xlabel="nipple off by (mm)")
-    nipples.legend(loc="lower right", fontsize=7, frameon=True, edgecolor="none")
+    nipples.legend(loc="lower right", frameon=True, edgecolor="none")
     _bars(shape, place, table.stress_free_median_mm, ORANGE)
     shape.set(xlabel="stress-free skin\noff by (mm)", xlim=(0, None))
     _dots(force, place, table.force_n)
     force.set(xlabel="force at half\nthickness (N)", xlim=(0, None))
     _dots(time, place, table.seconds)
     time.set(xlabel="processor\ntime (s)", xlim=(0, None))
-    nipples.set_yticks(place, list(table.title), fontsize=7.5)
+    nipples.set_yticks(place, list(table.title))
     for ax in (nipples, shape, force, time):
         ax.grid(False, axis="y")
         for y in place:

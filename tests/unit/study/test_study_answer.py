@@ -372,7 +372,7 @@ def test_the_figure_has_a_panel_per_quantity_and_shades_the_range():
         shown, costs, given["compression"], given["compression_path"], volunteer="ada", side="left",
         loss_percent={"dose": 5.0, "detectability": 5.0},
     )  # fmt: skip
-    assert [ax.get_title(loc="left") for ax in figure.axes] == list(PANELS.values())
+    assert [ax.get_title(loc="left")[3:] for ax in figure.axes] == list(PANELS.values())
     low, high = figure.axes[0].get_xlim()
     assert low < 50 < found.possible_mm < 55 < high
     shaded = [patch.get_x() for patch in figure.axes[1].patches]

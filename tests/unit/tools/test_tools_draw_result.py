@@ -42,7 +42,7 @@ def test_the_picture_of_a_study_is_drawn(tool, tmp_path):
     for strategy in tool.STRATEGIES:
         mammogram(tmp_path / f"xray/large/left/{strategy}_gravity_mammogram.nii.gz")
     figure = tool.result(tmp_path)
-    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    titles = [ax.get_title(loc="left")[3:] for ax in figure.axes]
     assert titles[:2] == ["60 mm, 2.6 N", "82 mm, 1.3 N"]
     top, bottom = figure.axes[0].get_ylim()[::-1]
     assert (top, bottom) == pytest.approx((11 - tool.MARGIN_MM, 69 + tool.MARGIN_MM)), (

@@ -35,7 +35,7 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | str | Non
     }
     found |= _held_out(tables) | _intervals(tables)
     found |= numbers_of_strategies(tables["compression"]) if "compression" in tables else dict.fromkeys(NAMES)
-    found |= _answers(tables["answer"]) if "answer" in tables else {}
+    found |= _answers(tables["answer"]) if "answer" in tables else dict.fromkeys(OF_ANSWERS)
     if "segmentation_overlap" in tables:
         smallest = tables["segmentation_overlap"].groupby("tissue").dice.min()
         found |= {f"dice_{tissue}_min": float(dice) for tissue, dice in smallest.items()}
@@ -137,6 +137,9 @@ def _largest(values: pd.Series) -> float | None:
     """The largest number, None where there is none."""
     known = values.dropna()
     return float(known.max()) if len(known) else None
+
+
+OF_ANSWERS = ("answer", "reduction_certain_least_mm", "reduction_possible_most_mm")
 
 
 def _answers(rows: pd.DataFrame) -> dict[str, float | str | None]:
