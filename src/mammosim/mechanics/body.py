@@ -174,7 +174,7 @@ class Body:
         return replace(self, tissues=_stiffened(self.tissues, factor), parts=parts)
 
     def held(self, mesh: TetMesh) -> np.ndarray:
-        """(n_node, 3) bool: all components of the nodes of `posterior` of the mesh but of those that slide."""
+        """(n_node, 3) bool: nodes of `posterior` of the mesh, in all components, but of those that slide."""
         held = held_nodes(mesh)
         for part in self.parts:
             if isinstance(part, Slides):
