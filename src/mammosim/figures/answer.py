@@ -15,7 +15,6 @@ from mammosim.chain.strategies import STANDARD
 from mammosim.core.errors import MissingResult
 from mammosim.figures.series import add_legend, colours, numbered, some
 from mammosim.figures.style import GREEN, INK, QUIET, new_figure, styled
-from mammosim.io.missing import missing_rows, reason_of
 from mammosim.study.report.answer import slow
 from mammosim.study.report.pressed_breast import DONE, FORCE, PRESSURE, STRAIN, of_breast
 from mammosim.study.report.strategy_costs import CALCIFICATIONS, COSTS, DOSE, MASS
@@ -57,10 +56,7 @@ def answer(
         of_breast(table, volunteer, side) for table in (answers, costs, compression, path)
     )
     if costs.empty:
-        reasons = map(reason_of, compression.outcome[missing_rows(compression)])
-        raise MissingResult(
-            next(reasons, f"the {side} breast of {volunteer} was not pressed by the standard strategy")
-        )
+        raise MissingResult("; ".join(answers.why) or f"no answer of {volunteer}, {side}")
     force = costs[costs["quantity"] == FORCE].set_index("strategy").value
     costs = costs.assign(force_n=costs.strategy.map(force))
     figure = new_figure(HEIGHT_IN, width=WIDTH_IN)
