@@ -49,7 +49,7 @@ def answer(
 
     answers, costs, compression, path: rows of answer.csv, answer_strategies.csv, compression.csv,
     compression_path.csv; loss_percent: the limits. Bars and bands: intervals; dashed: the limit; shaded:
-    where all losses are less than their limits, for certain and perhaps.
+    where all losses are less than their limits, at least and at most.
     Raises MissingResult where this breast was not pressed.
     """
     answers, costs, compression, path = (
@@ -159,7 +159,7 @@ def _finish(ax: Axes, label: str) -> None:
 
 
 def _shade(ax: Axes, row: pd.Series) -> None:
-    """Where every loss is less than its limit: for certain, and perhaps."""
+    """Where every loss is less than its limit: at least, and at most."""
     start = row.standard_mm
     certain = row.certain_mm if np.isfinite(row.certain_mm) else start
     if certain > start:
@@ -187,7 +187,7 @@ def _legend(marker: Mapping[str, str], hue: Mapping[str, str], row: pd.Series, o
     ]
     if over == "thickness_mm" and row.possible_mm > row.standard_mm:
         found += [
-            Patch(color=GREEN, alpha=0.45, label="less, for certain"),
+            Patch(color=GREEN, alpha=0.45, label="less, at least here"),
             Patch(color=GREEN, alpha=0.18, label="may be less"),
         ]
     return found

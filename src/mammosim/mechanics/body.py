@@ -181,9 +181,13 @@ class Body:
                 held[part.free_nodes(mesh)] = False
         return held
 
+    def bulk(self, mesh: TetMesh) -> Effect:
+        """The law of the tissues in bulk, on a mesh whose points are the reference."""
+        return bulk_tissue(mesh, self.tissues)
+
     def effects(self, mesh: TetMesh) -> tuple[Effect, ...]:
         """The elastic effects on a mesh whose points are the reference."""
-        return (bulk_tissue(mesh, self.tissues), *(part.on(mesh) for part in self.parts))
+        return (self.bulk(mesh), *(part.on(mesh) for part in self.parts))
 
     def weight(self, mesh: TetMesh, gravity: np.ndarray) -> Weight:
         """The weight on a mesh whose points are the reference, along the unit vector gravity (3,)."""

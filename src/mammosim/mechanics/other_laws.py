@@ -39,9 +39,9 @@ _BETWEEN_PLATES = Settings(
 class NetworkBody(Body):
     """A body whose bulk is a network of springs, see effects.SpringNetwork."""
 
-    def effects(self, mesh: TetMesh) -> tuple[Effect, ...]:
-        """The elastic effects on a mesh whose points are the reference."""
-        return (SpringNetwork.of(mesh, self.tissues), *(part.on(mesh) for part in self.parts))
+    def bulk(self, mesh: TetMesh) -> Effect:
+        """The springs of a mesh whose points are the reference."""
+        return SpringNetwork.of(mesh, self.tissues)
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class IncrementalBody(Body):
         if self.increments < 1:
             raise MechanicsError(f"increments = {self.increments} must be 1 or more; try 10")
 
-    def effects(self, mesh: TetMesh) -> tuple[Effect, ...]:
-        """Those of one increment, on a mesh whose points are where it begins."""
-        return (SmallStrain.of(mesh, self.tissues), *(part.on(mesh) for part in self.parts))
+    def bulk(self, mesh: TetMesh) -> Effect:
+        """Linear elasticity in one increment, on a mesh whose points are where it begins."""
+        return SmallStrain.of(mesh, self.tissues)
 
     def load(
         self,

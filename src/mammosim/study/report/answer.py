@@ -6,8 +6,8 @@ between two of them, the lower end of a dose D is that of
 
     ln D = ln D0 + (s + s^2) / 2 ln(D1 / D0),
 
-which rises half as steeply at first as on average. Compression may be reduced for certain until the upper end
-of one loss meets its limit, and no further than where a lower one does.
+which rises half as steeply at first as on average. Compression may be reduced at least until the upper end of
+one loss meets its limit, and no further than where a lower one does.
 """
 
 from collections.abc import Iterable, Mapping
@@ -37,7 +37,7 @@ STRATEGIES, BETWEEN = "strategies", "interpolation"
 
 @dataclass(frozen=True)
 class Reach:
-    """How far one loss allows: until `certain` surely, until `possible` perhaps, mm; beyond, it is more.
+    """How far one loss allows, as its intervals have it: `certain` at least, `possible` at most, mm.
 
     by: STRATEGIES, where nothing is taken in between, or BETWEEN; ended: whether a limit is the end, and not
     the thickest that was computed. NaN: nothing is known.
@@ -63,6 +63,8 @@ def reach(t: np.ndarray, low: np.ndarray, high: np.ndarray, limit: float, *, gro
         ends = _last_within(t, high, limit), _last_within(t, low, limit)
         return Reach(*ends, STRATEGIES, bool(high.max() > limit))
     certain = _first_above(t, high, limit)
+    # ASSUME: a loss of detectability is between the chords of its intervals: measured of one thickness in
+    # between (docs/decisions/answer.md).
     lower, most = (np.log1p(low / 100), np.log1p(limit / 100)) if growing else (low, limit)
     possible = _first_above(t, lower, most, slow=growing)
     return Reach(certain, max(certain, possible), BETWEEN, bool(certain < t[-1]))

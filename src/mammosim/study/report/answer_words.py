@@ -27,7 +27,7 @@ WORDS: Mapping[str, str] = {
     CALCIFICATIONS: "d' of the calcifications",
 }
 ROLES: Mapping[str, str] = {
-    LESS: "the furthest reduced strategy that costs less for certain",
+    LESS: "the furthest reduced strategy that costs less in all of the interval",
     MAY: "the furthest reduced strategy that may cost less",
     MORE: "the least reduced strategy that was computed, costs more",
     UNKNOWN: "a strategy with less compression",
@@ -66,7 +66,7 @@ def _head(a: Answer, limits: LossLimits) -> str:
         end = f"{a.certain_mm:.1f} mm at least{_force(a, a.certain_n)}**"
         return f"{begin} {end}, the thickest that was computed, for less than {cost}."
     certain, possible = f"{a.certain_mm:.1f} mm", f"{a.possible_mm:.1f} mm"
-    ends = [certain] if certain == possible else [f"{certain} for certain", f"{possible} at most"]
+    ends = [certain] if certain == possible else [f"{certain} at least", f"{possible} at most"]
     how = "interpolated between strategies" if a.by == BETWEEN else "among the strategies that were computed"
     forces = _force(a, *[a.certain_n, a.possible_n][: len(ends)])
     return f"{begin} {', '.join(ends)}{forces}** before it costs {cost}; {WORDS[a.decides]} decides, {how}."
