@@ -55,6 +55,10 @@ def page_text() -> str:
     short = pd.DataFrame({"volunteer": ["b", EVIL, "a"], "force_n": [9.0, 10.0, 1234.5]})
     moved = pd.DataFrame({"side": "left", "thickness_mm": [60.0, 40.0], "dose_mgy": [4.0, 2.0]})
     wide = pd.DataFrame({f"a_long_name_{i}_mm": [1.0] * 3 for i in range(16)})
+    sentence = "no step keeps the cells from inverting: the tissue may be too soft for the measured shape"
+    reasons = pd.DataFrame(
+        {**{f"modulus_{i}_kpa": [1.0, 3.0] for i in range(7)}, "outcome": [sentence, "converged"]}
+    )
     explored = explorer(moved, Exploration("Dose.", "thickness_mm", ("dose_mgy",), ("side",)))
     sources = pd.DataFrame({"key": ["carter2009"], "author": ["Carter, Timothy John"]})
     pictures = [Picture(png(), f"Figure {n}. $x^2$ and {EVIL}", path="figures/a.png") for n in (1, 2)]
@@ -63,7 +67,9 @@ def page_text() -> str:
         Section(
             "Second", "A second text.", (Listing(long, "All points.", "points.csv"), Listing(wide, "Wide."))
         ),
-        Section("Third", "", (explored, Listing(sources, "Sources.", anchors="key"))),
+        Section(
+            "Third", "", (explored, Listing(sources, "Sources.", anchors="key"), Listing(reasons, "Reasons."))
+        ),
     )
     return report(
         f"Report {EVIL}", sections, numbers={}, sources=SOURCES, footer={"Command": EVIL}, scripts="scripts"
@@ -92,7 +98,10 @@ def paged(read):
 
 
 def shows(table, number: int, wanted: list[str], *, rows: str = "") -> None:
-    """Wait until a column of the body of a table, or those rows of it, reads so: the page sorts after the click has returned."""
+    """Wait until a column of the body of a table, or those rows of it, reads so.
+
+    The page sorts and filters after the click has returned.
+    """
     from playwright.sync_api import expect
 
     expect(table.locator(f"tbody tr{rows} td:nth-child({number})")).to_have_text(wanted)
@@ -129,6 +138,12 @@ def test_a_table_of_5000_rows_is_paged_sorted_filtered_and_downloaded(read, tmp_
         table.locator("button.buttons-csv").click()
     download.value.save_as(tmp_path / "rows.csv")
     assert pd.read_csv(tmp_path / "rows.csv").iloc[:, 0].tolist() == ["point 4321"]
+
+
+def test_sentences_in_a_table_stand_in_a_column_wide_enough_to_be_read(read):
+    cell = read.locator("td", has_text="no step keeps").first
+    assert cell.bounding_box()["width"] > 250
+    assert cell.bounding_box()["height"] < 120
 
 
 def test_search_leads_to_texts_and_captions(read):

@@ -29,6 +29,7 @@ LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
 SHORT = 12  # rows of a table that is shown whole
+PROSE = 40  # letters of a cell that is a sentence
 KB, MB = 1e3, 1e6
 
 
@@ -85,9 +86,14 @@ class Listing:
         return [[cell(value) for value in row] for row in self.frame.itertuples(index=False)]
 
     @property
-    def numeric(self) -> list[bool]:
-        """Which columns hold numbers."""
-        return [pd.api.types.is_numeric_dtype(self.frame[column]) for column in self.frame.columns]
+    def kinds(self) -> list[str]:
+        """Of each column: number, prose where a cell is a sentence (it needs a width of its own), else ''."""
+        kinds = []
+        for place, column in enumerate(self.frame.columns):
+            longest = max((len(row[place]) for row in self.rows), default=0)
+            number = pd.api.types.is_numeric_dtype(self.frame[column])
+            kinds.append("number" if number else "prose" if longest > PROSE else "")
+        return kinds
 
     @property
     def paged(self) -> bool:
