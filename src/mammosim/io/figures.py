@@ -21,7 +21,8 @@ def png_of(figure: Any, *, missing: str | None = None) -> bytes:
     figure.savefig(drawn, dpi=DPI, format="png", pil_kwargs={"compress_level": 1})
     if missing:
         text.add_text(MISSING, missing)
-    _few_colours(Image.open(drawn).convert("RGB")).save(small, "png", pnginfo=text, dpi=(DPI, DPI))
+    few = _few_colours(Image.open(drawn).convert("RGB"))
+    few.save(small, "png", pnginfo=text, dpi=(DPI, DPI), optimize=True)
     return small.getvalue()
 
 
@@ -34,8 +35,11 @@ def _few_colours(picture: Image.Image) -> Image.Image:
 
 def pdf_of(figure: Any) -> bytes:
     """A matplotlib figure as PDF of its own size in inches, without a date."""
+    from matplotlib import rc_context
+
     buffer = BytesIO()
-    figure.savefig(buffer, dpi=PRINT_DPI, format="pdf", metadata={"CreationDate": None})
+    with rc_context({"pdf.compression": 9}):
+        figure.savefig(buffer, dpi=PRINT_DPI, format="pdf", metadata={"CreationDate": None})
     return buffer.getvalue()
 
 
