@@ -6,10 +6,10 @@ import _stage
 
 from mammosim.core.positions import gravity_vector
 from mammosim.core.settings import read
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.mechanics.body import SIDES
 from mammosim.mechanics.inverse import InverseSettings, inverse
 from mammosim.study.identification.moduli import Materials

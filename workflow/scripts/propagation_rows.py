@@ -3,9 +3,9 @@
 import _stage
 import pandas as pd
 
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.missing import missing_rows
 from mammosim.io.tables import read_rows, read_table, read_those_there, write_table
+from mammosim.io.written import read_fiducials
 from mammosim.study.identification.propagation import FIT, position_rows, pressed_rows
 
 

@@ -7,10 +7,10 @@ from mammosim.chain.files import grouped
 from mammosim.chain.graph import Chain
 from mammosim.chain.subject import Subject
 from mammosim.core.errors import MammosimError
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import write_mesh
 from mammosim.io.missing import write_missing
 from mammosim.io.tables import read_json, write_table
+from mammosim.io.written import read_fiducials
 from mammosim.study.models.model import Model
 from mammosim.study.models.rows import POSITIONS, measured_row
 

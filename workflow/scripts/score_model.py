@@ -4,10 +4,10 @@ import _stage
 import pandas as pd
 
 from mammosim.core.errors import MissingResult
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.study.models.scores import nipple_away_mm, score
 
 

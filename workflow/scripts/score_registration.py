@@ -2,9 +2,9 @@
 
 import _stage
 
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.study.identification.scores import registration_error, score_row
 
 

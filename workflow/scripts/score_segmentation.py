@@ -3,8 +3,8 @@
 import _stage
 
 from mammosim.imaging.overlap import dice
-from mammosim.io.images import read_labels
 from mammosim.io.tables import write_table
+from mammosim.io.written import read_labels
 
 
 def main(labels: str, truth: str, volunteer: str, position: str, out: str) -> None:

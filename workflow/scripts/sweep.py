@@ -5,10 +5,10 @@ import numpy as np
 import pandas as pd
 
 from mammosim.core.positions import gravity_vector
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.study.sweep import one_law, reposition, sweep_row
 
 NIPPLES = ("nipple_left", "nipple_right")

@@ -6,10 +6,10 @@ import pandas as pd
 
 from mammosim.core.positions import gravity_direction, gravity_vector
 from mammosim.core.rigid import IDENTITY
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import write_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.mechanics.body import Skin
 from mammosim.study.sweep import one_law, reposition, upright_row
 

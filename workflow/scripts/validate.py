@@ -6,11 +6,11 @@ from mammosim.chain.outcome import CONVERGED
 from mammosim.core.fiducials import midline_mm
 from mammosim.core.positions import gravity_vector
 from mammosim.core.settings import read
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, write_mesh
 from mammosim.io.tables import read_table, write_table
 from mammosim.io.tabulated import tabulated
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.study.identification.moduli import Materials, Moduli
 from mammosim.study.identification.validation import Start, errors, predicted, rows
 

@@ -12,7 +12,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from mammosim.core.errors import ConfigurationError, DamagedFile, MammosimError, MissingResult
+from mammosim.core.errors import ConfigurationError, MammosimError
+from mammosim.io.missing import written
 
 log = logging.getLogger(__name__)
 PACKAGE = "mammosim.chain"
@@ -94,12 +95,8 @@ class Stage:
         Raises MissingResult where its files say that it is missing, DamagedFile where they cannot be read.
         """
         module, name = self._place()
-        try:
+        with written():
             return getattr(module, f"load_{name}")(files)
-        except (ConfigurationError, MissingResult):
-            raise
-        except MammosimError as error:
-            raise DamagedFile(str(error)) from error
 
     def _place(self) -> tuple[ModuleType, str]:
         return import_module(self.module), str(self.function).split(".")[1]

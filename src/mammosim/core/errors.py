@@ -78,5 +78,17 @@ class DamagedFile(MammosimError):
     """A file of the study cannot be read any more: no outcome, but to be made or copied again."""
 
 
+class DamagedTable(DamagedFile, TableError):
+    """A table of the study, or its JSON, is cut short or damaged."""
+
+
+class DamagedMesh(DamagedFile, MeshError):
+    """A mesh of the study is cut short or damaged."""
+
+
+class DamagedTransform(DamagedFile, ImageError):
+    """A transform of the study is cut short or damaged."""
+
+
 class MissingResult(MammosimError):
     """A result that an earlier stage could not give; the message is what that stage said."""

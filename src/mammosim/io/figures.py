@@ -35,11 +35,8 @@ def _few_colours(picture: Image.Image) -> Image.Image:
 
 def pdf_of(figure: Any) -> bytes:
     """A matplotlib figure as PDF of its own size in inches, without a date."""
-    from matplotlib import rc_context
-
     buffer = BytesIO()
-    with rc_context({"pdf.compression": 9}):
-        figure.savefig(buffer, dpi=PRINT_DPI, format="pdf", metadata={"CreationDate": None})
+    figure.savefig(buffer, dpi=PRINT_DPI, format="pdf", metadata={"CreationDate": None})
     return buffer.getvalue()
 
 

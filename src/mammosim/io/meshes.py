@@ -15,7 +15,7 @@ from zipfile import BadZipFile
 import meshio
 import numpy as np
 
-from mammosim.core.errors import MeshError
+from mammosim.core.errors import DamagedMesh, MeshError
 from mammosim.core.labels import Label
 from mammosim.core.mesh import TetMesh
 from mammosim.io.atomic import replacing
@@ -126,7 +126,7 @@ def _read(path: str | Path) -> meshio.Mesh:
         stored = meshio.vtu.read(path)
     except Exception as error:  # of XML, of base64, of zlib with its checksum, or of numbers that do not fit
         reason = " ".join(f"{type(error).__name__} {error}".split())
-        raise MeshError(f"{path} is cut short or damaged ({reason}); {AGAIN}") from None
+        raise DamagedMesh(f"{path} is cut short or damaged ({reason}); {AGAIN}") from None
     if CELL not in stored.cells_dict:
         raise MeshError(
             f"{path} holds no quadratic tetrahedra ({CELL}), only: {', '.join(stored.cells_dict)}"
@@ -159,7 +159,7 @@ def write_mesh_arrays(mesh: TetMesh, path: str | Path) -> None:
 def read_mesh_arrays(path: str | Path) -> TetMesh:
     """The mesh that `write_mesh_arrays` wrote.
 
-    Raises MeshError when one of its arrays is missing, or the file is cut short or damaged.
+    Raises MeshError when one of its arrays is missing, DamagedMesh when the file is cut short or damaged.
     """
     with _arrays(path) as arrays:
         if absent := {"points", "cells", "tissue"} - set(arrays):
@@ -174,8 +174,9 @@ def read_mesh_arrays(path: str | Path) -> TetMesh:
 
 @contextmanager
 def _arrays(path: str | Path) -> Iterator[Any]:
+    require_there(path)
     try:
         with np.load(path) as arrays:
             yield arrays
     except (BadZipFile, zlib.error, EOFError, ValueError) as error:
-        raise MeshError(f"{path} is cut short or damaged ({error}); {AGAIN}") from None
+        raise DamagedMesh(f"{path} is cut short or damaged ({error}); {AGAIN}") from None

@@ -5,12 +5,20 @@ file is the JSON object {"missing": reason}. Whoever reads such a file gets Miss
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
 
-from mammosim.core.errors import MissingResult, TableError
+from mammosim.core.errors import (
+    ConfigurationError,
+    DamagedFile,
+    DamagedTable,
+    MammosimError,
+    MissingResult,
+    TableError,
+)
 from mammosim.io.atomic import replacing
 
 PREFIX = "missing: "
@@ -32,7 +40,8 @@ def write_missing(path: str | Path, reason: str, *, job: Mapping[str, object] | 
 def require_there(path: str | Path) -> None:
     """Raise MissingResult when the file, which is no table, says that its result is missing.
 
-    Raises TableError when it cannot be opened, or is the cut or damaged half of such a word.
+    Raises TableError when it cannot be opened, DamagedTable when it is the cut or damaged half of such
+    a word.
     """
     try:
         with Path(path).open("rb") as file:
@@ -43,11 +52,25 @@ def require_there(path: str | Path) -> None:
     except OSError as error:
         raise TableError(f"{path} cannot be read: {error.strerror}; run the stage that makes it") from None
     except (ValueError, KeyError, TypeError) as error:  # of JSON or of UTF-8
-        raise TableError(
+        raise DamagedTable(
             f"{path} should say why a result is missing, and is cut short or damaged "
             f"({' '.join(str(error).split())}); {AGAIN}"
         ) from None
     raise MissingResult(str(reason))
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """Within it files are read that rules of the study wrote.
+
+    Raises MissingResult as they say, and DamagedFile for one that cannot be read.
+    """
+    try:
+        yield
+    except (ConfigurationError, DamagedFile, MissingResult):
+        raise
+    except MammosimError as error:
+        raise DamagedFile(str(error)) from error
 
 
 def missing_rows(table: pd.DataFrame) -> pd.Series:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mammosim.core.errors import MissingResult, TableError
+from mammosim.core.errors import DamagedTable, MissingResult, TableError
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import AGAIN, missing_rows, reason_of, require_there
 
@@ -23,12 +23,12 @@ def read_table(path: str | Path, *, may_be_empty: bool = False, by_hand: bool = 
     """One row per record, one column per quantity (unit in its name); only an empty cell is missing.
 
     Rows in the place of results that are missing are left out, and so is the column `outcome` where nothing
-    else stands in it. by_hand: see read_rows. Raises MissingResult when there is no other row, TableError as
-    read_rows, and for a table without rows unless it may be empty.
+    else stands in it. by_hand: see read_rows. Raises MissingResult when there is no other row, DamagedTable
+    (by_hand: TableError) as read_rows, and for a table without rows unless it may be empty.
     """
     rows = read_rows(path, by_hand=by_hand)
     if rows.empty and not may_be_empty:
-        raise TableError(f"{path} has columns and no rows; {AGAIN}")
+        raise _damaged(by_hand)(f"{path} has columns and no rows; {AGAIN}")
     gone = missing_rows(rows)
     if not gone.any():
         return rows
@@ -42,8 +42,9 @@ def read_rows(path: str | Path, *, by_hand: bool = False, names: Iterable[str] =
     """As read_table, with the rows of results that are missing.
 
     by_hand: a person wrote it, whose last line may have no end; names: columns that hold text, even '007'.
-    Raises TableError when the table is cut short or damaged: no header, no end of its last line, a row with
-    more or fewer cells than there are columns, a quotation mark without its fellow, no UTF-8.
+    Raises DamagedTable (by_hand: TableError) when the table is cut short or damaged: no header, no end of its
+    last line, a row with more or fewer cells than there are columns, a quotation mark without its fellow,
+    no UTF-8.
     """
     text = Path(path).read_bytes()
     _require_whole(text, path, by_hand)
@@ -51,18 +52,25 @@ def read_rows(path: str | Path, *, by_hand: bool = False, names: Iterable[str] =
     try:
         return pd.read_csv(BytesIO(text), keep_default_na=False, na_values=[""], dtype=kinds)
     except ValueError as error:  # a quotation mark without its fellow, or bytes that are no UTF-8
-        raise TableError(f"{path} is damaged ({' '.join(str(error).split())}); {AGAIN}") from None
+        why = " ".join(str(error).split())
+        raise _damaged(by_hand)(f"{path} is damaged ({why}); {AGAIN}") from None
 
 
 def _require_whole(text: bytes, path: str | Path, by_hand: bool) -> None:
+    damaged = _damaged(by_hand)
     if not text.strip():
-        raise TableError(f"{path} is empty; {AGAIN}")
+        raise damaged(f"{path} is empty; {AGAIN}")
     cells = _cells(text)
     if not (by_hand or text.endswith(b"\n")):
-        raise TableError(f"{path} ends early, in row {cells.size - 1}; {AGAIN}")
+        raise damaged(f"{path} ends early, in row {cells.size - 1}; {AGAIN}")
     if (wrong := np.flatnonzero(cells != cells[0])).size:
         row = int(wrong[0])
-        raise TableError(f"{path}: row {row} has {cells[row]} of {cells[0]} cells; {AGAIN}")
+        raise damaged(f"{path}: row {row} has {cells[row]} of {cells[0]} cells; {AGAIN}")
+
+
+def _damaged(by_hand: bool) -> type[TableError]:
+    """What a person wrote is mended by that person; what the study wrote is made again."""
+    return TableError if by_hand else DamagedTable
 
 
 def _cells(text: bytes) -> np.ndarray:
@@ -116,13 +124,13 @@ def write_table(frame: pd.DataFrame, path: str | Path, *, digits: int | None = N
 def read_json(path: str | Path) -> Any:
     """Nested dicts, lists, strings and numbers.
 
-    Raises MissingResult when the result is missing, TableError when the file is cut short or damaged.
+    Raises MissingResult when the result is missing, DamagedTable when the file is cut short or damaged.
     """
     require_there(path)
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
     except ValueError as error:  # of JSON, or of UTF-8
-        raise TableError(f"{path} is cut short or damaged: no JSON ({error}); {AGAIN}") from None
+        raise DamagedTable(f"{path} is cut short or damaged: no JSON ({error}); {AGAIN}") from None
 
 
 def write_json(values: Any, path: str | Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import SimpleITK as sitk
 
-from mammosim.core.errors import ImageError
+from mammosim.core.errors import DamagedTransform, ImageError
 from mammosim.core.rigid import RigidTransform
 from mammosim.io.atomic import replacing
 from mammosim.io.missing import require_there
@@ -22,7 +22,8 @@ TEXT = "#Insight Transform File"
 def read_transform(path: str | Path) -> RigidTransform:
     """y = R x + t, from moving to fixed, of any ITK file that holds one rigid or affine transform.
 
-    Raises ImageError when the file is absent, unreadable, cut short, not linear, or its matrix no rotation.
+    Raises ImageError when the file is absent, DamagedTransform when it is unreadable, cut short, not linear,
+    or its matrix no rotation.
     """
     if not Path(path).is_file():
         raise ImageError(f"no transform {path}; run the registration, or correct the path")
@@ -31,7 +32,9 @@ def read_transform(path: str | Path) -> RigidTransform:
         return rigid_of(_whole(sitk.ReadTransform(str(path)), Path(path))).inverse()
     except (RuntimeError, ValueError) as error:
         why = " ".join(str(error).split())
-        raise ImageError(f"{path} holds no rigid transform; give one rotation and shift ({why})") from error
+        raise DamagedTransform(
+            f"{path} holds no rigid transform; give one rotation and shift ({why})"
+        ) from error
 
 
 def write_transform(transform: RigidTransform, path: str | Path) -> None:

@@ -7,9 +7,9 @@ from mammosim.core.errors import MissingResult
 from mammosim.figures import deformation, validation
 from mammosim.figures import identification as moduli
 from mammosim.figures.surfaces import left_breast
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_table
+from mammosim.io.written import read_fiducials
 from mammosim.meshing.distance import distance_opposite, distance_to_rim
 from mammosim.study.identification.validation import CUT_MM, skin_distances
 

@@ -7,10 +7,10 @@ from matplotlib.figure import Figure
 from mammosim.core.errors import MissingResult
 from mammosim.core.mesh import TetMesh
 from mammosim.figures import deformation
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh, read_point_data
 from mammosim.io.tables import read_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 
 
 def upright(files: dict, told: dict, job: dict) -> Figure:

@@ -8,10 +8,9 @@ from mammosim.core.rigid import IDENTITY
 from mammosim.figures import volunteers
 from mammosim.figures.surfaces import left_breast, mesh_with_tissues
 from mammosim.imaging.registration import resample
-from mammosim.io.fiducials import read_fiducials
-from mammosim.io.images import read_image, read_labels
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_table
+from mammosim.io.written import read_fiducials, read_image, read_labels
 
 
 def positions(files: dict, told: dict, job: dict) -> Figure:

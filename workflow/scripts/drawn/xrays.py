@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 
 from mammosim.core.labels import Label
 from mammosim.figures import radiograph
-from mammosim.io.images import read_image, read_labels
 from mammosim.io.tables import read_table
+from mammosim.io.written import read_image, read_labels
 
 
 def phantom(files: dict, told: dict, job: dict) -> Figure:

@@ -21,10 +21,10 @@ from mammosim.core.fiducials import Fiducials
 from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_vector
 from mammosim.imaging.certainty import deviation
-from mammosim.io.fiducials import read_fiducials
 from mammosim.io.meshes import read_mesh
 from mammosim.io.tables import read_table
 from mammosim.io.transforms import read_transform
+from mammosim.io.written import read_fiducials
 from mammosim.meshing.distance import NearestOnTriangles, distance_to_rim, flat_pieces, rim
 from mammosim.study.identification.settings import Errors
 
