@@ -12,6 +12,8 @@ from pathlib import Path
 import pandas as pd
 from pandas.api.typing import DataFrameGroupBy
 
+from mammosim.study.jobs.plan import costed_as
+
 HOME = Path(__file__).parents[1]
 COSTS = HOME / "config" / "costs.tsv"
 HEAD = "# what one job of a rule takes in the default study: processor seconds; of its largest jobs, of\n"
@@ -23,7 +25,9 @@ HEAD += "# point_...: a product in a campaign, without a script's start; renewed
 def measured(*folders: Path) -> DataFrameGroupBy:
     """The benchmarks of all jobs, by rule."""
     files = [path for folder in folders for path in sorted(folder.glob("*/*.tsv"))]
-    return pd.concat([pd.read_table(path).assign(rule=path.parent.name) for path in files]).groupby("rule")
+    return pd.concat(
+        [pd.read_table(path).assign(rule=costed_as(path.parent.name)) for path in files]
+    ).groupby("rule")
 
 
 def rules() -> set[str]:
@@ -31,7 +35,7 @@ def rules() -> set[str]:
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(HOME / "workflow/Snakefile")]
     command += ["--workflow-profile", "none", "--list-rules"]
     ran = subprocess.run(command, cwd=HOME, text=True, stdout=subprocess.PIPE, check=True)
-    return {line.split()[0] for line in ran.stdout.splitlines() if line}
+    return {costed_as(line.split()[0]) for line in ran.stdout.splitlines() if line}
 
 
 def main(study: Path, *others: Path) -> None:

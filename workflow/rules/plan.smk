@@ -23,6 +23,7 @@ rule plan:
             *("study", *(name for name in PAGES if name not in allowed.QUESTIONS or able(name))),
             *(f"campaign_{name}" for name in CAMPAIGNS),
         ],
+        idle=lambda wildcards: sorted(rule.name for rule in workflow.rules if rule.norun),
         campaigns=lambda wildcards: {f"campaign_{name}": campaign_cost(name) for name in CAMPAIGNS},
         scenes={name: effects_or_file(name) for name in SCENES},
         cores=AT_A_TIME,

@@ -22,7 +22,9 @@ def main(
     files: Mapping[str, str], settings: Mapping, scenes: Mapping[str, list[str] | str], out: str
 ) -> None:
     targets = progress(settings["targets"], label="dry runs", total=len(settings["targets"]))
-    jobs = {target: jobs_of(dry_run([*settings["dry_run"], target])) for target in targets}
+    jobs = {
+        target: jobs_of(dry_run([*settings["dry_run"], target]), idle=settings["idle"]) for target in targets
+    }
     known = costs(benchmarks(Path("results/benchmarks")), pd.read_table(files["costs"], comment="#"))
     batches = {
         name: batch_seconds(given, known, files["measured"]) for name, given in settings["campaigns"].items()

@@ -27,6 +27,16 @@ def test_jobs_are_read_from_a_dry_run():
     assert jobs_of("Nothing to be done (all requested files are present and up to date).") == {}
 
 
+def test_rules_that_only_name_what_others_make_are_no_jobs():
+    assert jobs_of(SAID, idle=["figure_x", "study"]) == {"mesh": 2, "dose": 1}
+
+
+def test_the_last_job_of_every_campaign_costs_the_same():
+    last = pd.DataFrame({"rule": ["campaign_other"], "cpu_time": [0.5], "max_rss": [100.0]}, dtype=object)
+    table = plan({"campaign_mine": {"campaign_mine": 1}}, costs(last, TABLE_OF_COSTS))
+    assert table[["seconds", "cost"]].to_numpy().tolist() == [[0.5, HERE]]
+
+
 def test_costs_measured_here_come_before_the_table():
     known = costs(BENCHMARKS, TABLE_OF_COSTS)
     assert known.loc["mesh"].tolist() == [15.0, 500.0, HERE]

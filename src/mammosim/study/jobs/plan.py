@@ -10,12 +10,22 @@ JOBS = re.compile(r"^(?P<rule>[a-z][a-z0-9_]*)\s+(?P<jobs>\d+)$", re.MULTILINE)
 HERE, TABLE, UNKNOWN = "measured here", "table", "not measured"
 POINTS = "by points"
 BATCH = "campaigns_batch"  # the rule whose jobs are batches of points
+CAMPAIGN = "campaign"  # the last rule of a campaign, which has its name: see workflow/rules/campaigns.smk
 COLUMNS = ["target", "rule", "jobs", "seconds_each", "seconds", "memory_mb", "cost"]
 
 
-def jobs_of(words: str) -> dict[str, int]:
-    """Jobs by rule, of what a dry run of Snakemake prints; empty when there is nothing to do."""
-    return {match["rule"]: int(match["jobs"]) for match in JOBS.finditer(words) if match["rule"] != "total"}
+def jobs_of(words: str, *, idle: Collection[str] = ()) -> dict[str, int]:
+    """Jobs by rule, of what a dry run of Snakemake prints; empty when there is nothing to do.
+
+    idle: rules that only name what others make.
+    """
+    found = {match["rule"]: int(match["jobs"]) for match in JOBS.finditer(words)}
+    return {rule: jobs for rule, jobs in found.items() if rule not in ("total", *idle)}
+
+
+def costed_as(rule: str) -> str:
+    """The name of a rule in a table of costs."""
+    return CAMPAIGN if rule.startswith(f"{CAMPAIGN}_") else rule
 
 
 def costs(benchmarks: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
@@ -25,6 +35,7 @@ def costs(benchmarks: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     means count; table: rule, seconds, memory_mb of the study as published, for the others.
     """
     numbers = benchmarks.astype({"cpu_time": float, "max_rss": float})
+    numbers["rule"] = numbers.rule.map(costed_as)
     here = numbers.groupby("rule").agg(seconds=("cpu_time", "mean"), memory_mb=("max_rss", "max"))
     known = table.set_index("rule")[["seconds", "memory_mb"]]
     rest = known.loc[known.index.difference(here.index)]
@@ -43,7 +54,7 @@ def plan(
     """
     rows = [(target, rule, jobs) for target, rules in targets.items() for rule, jobs in rules.items()]
     table = pd.DataFrame(rows, columns=["target", "rule", "jobs"])
-    found = known.reindex(table.rule).reset_index(drop=True)
+    found = known.reindex(table.rule.map(costed_as)).reset_index(drop=True)
     table = table.assign(
         seconds_each=found.seconds, memory_mb=found.memory_mb, cost=found.cost.fillna(UNKNOWN)
     )
