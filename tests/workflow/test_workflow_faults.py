@@ -125,6 +125,15 @@ def wait_for_job(study: Study, run: subprocess.Popen[str], seconds: float) -> ps
     return None
 
 
+def kill_a_job(study: Study, run: subprocess.Popen[str], seconds: float) -> None:
+    """SIGKILL to the first job that has not ended before it arrives."""
+    while job := wait_for_job(study, run, seconds):
+        with suppress(psutil.NoSuchProcess):
+            job.kill()
+            return
+    raise AssertionError("no job was there to be killed")
+
+
 def strike(study: Study, run: subprocess.Popen[str], number: signal.Signals, *, a_job: bool) -> None:
     """Send a signal to one job, or to the run: Ctrl-C reaches the whole group."""
     if a_job:
@@ -206,10 +215,7 @@ def test_a_second_run_at_once_is_told_of_the_first(new, undisturbed):
 
 def test_a_job_that_is_killed_is_said_with_the_memory_that_it_asks_for(new, undisturbed):
     run = begin(new)
-    job = wait_for_job(new, run, 30 * undisturbed.seconds)
-    assert job
-    time.sleep(2.0)
-    job.kill()
+    kill_a_job(new, run, 30 * undisturbed.seconds)
     said, _ = run.communicate(timeout=30 * undisturbed.seconds)
     assert run.returncode != 0
     assert "MB (mem_mb)" in "\n".join(said.splitlines()[-20:])

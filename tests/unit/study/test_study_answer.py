@@ -117,6 +117,19 @@ def test_errors_of_both_images_widen_a_change():
     )
 
 
+@pytest.mark.parametrize(
+    ("quantity", "numerical"), [(DOSE, Numerical(contrast=0.0)), (MASS, Numerical(dose=0.0))]
+)
+def test_without_a_measured_numerical_error_no_change_has_an_interval(quantity, numerical):
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 4.0, cnr_quantum=1.0)])
+    costs, answer = asked(given, numerical)
+    row = cost(costs, "gentle", quantity)
+    assert np.isfinite([row.value, row.change_percent]).all()
+    assert np.isnan([row.low, row.high, row.change_low_percent, row.change_high_percent]).all()
+    assert (row.costs, row.interval_from) == (UNKNOWN, "")
+    assert np.isnan(answer.certain_mm)
+
+
 def test_d_of_a_mass_adds_the_pixels_of_its_shadow():
     given = tables(
         **STANDARD_AND,

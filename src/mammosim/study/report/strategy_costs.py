@@ -165,7 +165,7 @@ def _change(q: float, h: float, q0: float, h0: float) -> tuple[float, float, flo
 def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
     """Of each image the strategy; of each of COSTS the value, `_half`, its half width, and `_from`, of what.
 
-    image: rows of image.csv of one breast.
+    image: rows of image.csv of one breast. A half width is NaN where a part of it was not measured.
     """
     rows = image.reindex(columns=["strategy", "dose_mgy", "dose_se_mgy", "cnr_quantum", "lesion_pixels",
                                   "calcification_d_expected", "calcification_d_low",
@@ -182,8 +182,8 @@ def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
     return pd.DataFrame({
         "strategy": rows.strategy,
         DOSE: rows.dose_mgy.astype(float),
-        f"{DOSE}_half": np.hypot(photons, np.nan_to_num(n.dose / 100)).astype(float),
-        f"{DOSE}_from": "photons, voxels" if np.isfinite(n.dose) else "photons",
+        f"{DOSE}_half": np.hypot(photons, n.dose / 100).astype(float),
+        f"{DOSE}_from": "photons, voxels",
         # ASSUME: the noise of pixels is white; blur, which colours it, lowers d' at each thickness alike.
         MASS: (rows.cnr_quantum * np.sqrt(N)).astype(float),
         f"{MASS}_half": np.hypot(counted, n.contrast / 100).astype(float),
