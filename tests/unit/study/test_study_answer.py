@@ -22,6 +22,7 @@ from mammosim.study.report.strategy_costs import (
     LossLimits,
     Numerical,
     kept_in_changes,
+    seen,
     strategy_costs,
     together,
     verdict,
@@ -140,6 +141,32 @@ def test_d_of_a_mass_adds_the_pixels_of_its_shadow():
     assert cost(costs, "gentle", MASS).change_percent == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize(("lower", "word"), [(0.9, MORE), (0.97, LESS), (1.2, LESS)])
+@pytest.mark.parametrize("quantity", [MASS, CALCIFICATIONS])
+def test_less_detectability_is_a_loss_and_more_is_none(quantity, lower, word):
+    column = {MASS: "cnr_quantum", CALCIFICATIONS: "calcification_d_expected"}[quantity]
+    many = {"lesion_pixels": 10**8}  # a shadow whose pixels are hardly uncertain
+    standard = imaged("standard", 2.0, **many)
+    gentle = standard | {"strategy": "gentle", column: lower * standard[column]}
+    costs, found = asked(tables(**STANDARD_AND, image=[standard, gentle]))
+    row = cost(costs, "gentle", quantity)
+    assert row.change_percent == pytest.approx(100 * (lower - 1))
+    assert row.costs == word
+    assert found.certain_mm == pytest.approx(50 + 5 * (0.5 if word == MORE else 1), rel=1e-3)
+    assert found.decides == (quantity if word == MORE else "")
+
+
+def test_the_pixels_of_a_shadow_are_as_uncertain_as_where_the_mass_lies():
+    """Discs of 8 pixels, put anywhere: the spread of how many pixels they hold, against what is assumed."""
+    x = np.arange(-10, 11)
+    centres = np.random.default_rng(4).random((4000, 2, 1, 1))
+    inside = (x[:, None] - centres[:, 0]) ** 2 + (x - centres[:, 1]) ** 2 < 8**2
+    N = inside.sum(axis=(1, 2))
+    spread = QUANTILE * np.sqrt(N).std() / np.sqrt(N).mean()
+    half = seen(pd.DataFrame([imaged("standard", 2.0, lesion_pixels=N.mean())]), EXACT)[f"{MASS}_half"][0]
+    assert spread < half < 2 * spread
+
+
 def test_the_interval_of_calcifications_is_that_of_the_images_where_nothing_else_was_measured():
     given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 2.0)])
     row = cost(asked(given, Numerical())[0], "gentle", CALCIFICATIONS)
@@ -233,6 +260,19 @@ def test_a_loss_that_cannot_be_monotone_is_not_interpolated():
     wide = reach(t, np.array([0.0, 1.0, 1.0]), np.array([0.0, 9.0, 2.0]), 5.0, growing=False)
     assert wide.by == BETWEEN
     assert wide.certain == pytest.approx(50 + 5 * 5 / 9)
+
+
+def test_where_nothing_is_interpolated_a_range_ends_only_if_a_limit_is_met():
+    t, up_and_down = np.array([50.0, 55.0, 60.0]), np.array([0.0, 3.0, 1.0])
+    found = reach(t, up_and_down, up_and_down, 5.0, growing=False)
+    assert (found.by, found.certain, found.ended) == (STRATEGIES, 60.0, False)
+    beyond = reach(t, up_and_down, up_and_down, 2.0, growing=False)
+    assert (beyond.certain, beyond.ended) == (50.0, True)
+
+
+def test_values_that_only_fall_are_monotone_within_their_intervals():
+    assert monotone(np.array([4.0, 2.0, 0.0]), np.array([5.0, 3.0, 1.0]))
+    assert not monotone(np.array([4.0, 0.0, 2.0]), np.array([5.0, 1.0, 3.0]))
 
 
 def test_values_that_are_no_numbers_are_left_out_of_a_range():
