@@ -9,7 +9,7 @@ from mammosim.figures.answer import PANELS
 from mammosim.figures.answer import answer as drawn
 from mammosim.study.report.answer import BETWEEN, STRATEGIES, answer_table, answers, monotone, reach, slow
 from mammosim.study.report.answer_limits import ALWAYS, Known, limits_table, why_not_pressed
-from mammosim.study.report.answer_words import percent, sentence, short_table
+from mammosim.study.report.answer_words import change_words, percent, sentence, short_table
 from mammosim.study.report.pressed_breast import DONE, FORCE, STRAIN, between, breasts
 from mammosim.study.report.strategy_costs import (
     CALCIFICATIONS,
@@ -303,6 +303,25 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     assert "not all losses are known" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
+
+
+def test_words_have_an_interval_where_one_is_known_and_a_value_where_none_is():
+    change = pd.Series({"change_percent": 147.2, "change_low_percent": 140.1, "change_high_percent": 154.4})
+    assert change_words(change) == "+147 % (+140 to +154)"
+    assert change_words(change * 0 + 3.04) == "+3.0 %", "an interval without a width"
+    assert change_words(change.replace(140.1, np.nan)) == "+147 %"
+
+
+def test_the_short_table_has_each_strategy_at_its_thickness_with_force_and_changes():
+    given = tables(
+        compression=[*STANDARD_AND["compression"], pressed("standard", 50.0, 300.0, "compression")],
+        image=[imaged("standard", 2.0, dose_se_mgy=0.02), imaged("gentle", 2.2, dose_se_mgy=0.02)],
+    )
+    rows = short_table(asked(given)[0]).set_index("strategy")
+    assert rows.loc[["standard", "gentle"], "thickness_mm"].tolist() == [50.0, 55.0]
+    force = rows.force_n.str.replace("\N{NO-BREAK SPACE}", " ")
+    assert (force["standard"], force["gentle"]) == ("100 (100 to 300)", "60.0")
+    assert rows.loc["gentle", "dose"].replace("\N{NO-BREAK SPACE}", " ").startswith("+10 % (+")
 
 
 def test_one_strategy_alone_gives_no_answer_and_says_what_would():

@@ -54,6 +54,24 @@ def test_each_says_where_it_is_from_what_is_reproduced_and_what_is_not(repositor
     assert "ASSUME:" in text
 
 
+@pytest.mark.parametrize(
+    ("name", "moduli", "skin", "chest"),
+    [
+        ("eder2014", "fat 1, gland as fat, muscle as fat; nu 0.495", "none", "held on the ribs"),
+        ("gamage2012", "fat 1, gland 2, muscle 30; nu 0.48", "10 kPa, 1.45 mm",
+         "held on the ribs, which the skin cannot pass"),
+        ("carter2012", "fat 0.894, gland 1.19, muscle 30; nu 0.49", "10 kPa, 1.45 mm",
+         "slides on the ribs, 0 kPa/mm along them"),
+        ("mira2018", "fat 0.2, gland 0.2, muscle 30; nu 0.495",
+         "4 kPa, 1.45 mm; fascia 120 kPa, 0.1 mm; ligaments as fibres",
+         "slides on the ribs, 0.0007 kPa/mm along them, which the skin cannot pass"),
+    ],
+)  # fmt: skip
+def test_its_words_are_those_of_its_tissues_and_effects(repository, name, moduli, skin, chest):
+    words = model(repository, name).words
+    assert (words["moduli_kpa"], words["skin"], words["chest"]) == (moduli, skin, chest)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_each_differs_from_the_study_in_what_it_says(repository, name):
     found, study = model(repository, name), study_settings(repository)
