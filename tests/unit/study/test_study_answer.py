@@ -397,6 +397,43 @@ def test_moduli_that_no_fit_found_and_a_digital_woman_are_named():
     assert rows.because.str.startswith("a digital volunteer").sum() == 1
 
 
+FAR = "how far compression can be reduced"
+
+
+@pytest.mark.parametrize(
+    ("dose", "numerical", "unsaid"),
+    [
+        (2.4, EXACT, set()),
+        (2.02, EXACT, {f"{FAR} further"}),
+        (2.4, Numerical(contrast=0.0, calcification=0.0), {"how sure the change of dose is"}),
+        (2.4, Numerical(0.0, calcification=0.0), {"how sure the change of d' of the mass is"}),
+        (np.nan, EXACT, {"what less compression does to dose"}),
+    ],
+)
+def test_what_cannot_be_said_of_a_loss_is_named_and_nothing_else(dose, numerical, unsaid):
+    """A thinner strategy whose losses are known says nothing of less compression."""
+    given = tables(
+        compression=[*STANDARD_AND["compression"], pressed("firm", 45.0, 140.0)],
+        image=[imaged("firm", 1.8), imaged("standard", 2.0), imaged("gentle", dose)],
+    )
+    costs, found = asked(given, numerical)
+    about_losses = ("how far", "how sure", "what less")
+    rows = limits_table([found], costs, given, KNOWN)
+    assert {each for each in rows.cannot_be_said if each.startswith(about_losses)} == unsaid
+
+
+def test_what_was_chosen_for_some_of_her_strategies_is_named():
+    rows = [
+        pressed("standard", 50.0, 100.0, moduli_factor=3.0),
+        pressed("gentle", 55.0, 60.0, thickness_from="chosen: 0.5 of the 100 mm"),
+    ]
+    given = tables(compression=rows, image=[imaged("standard", 2.0), imaged("gentle", 2.0)])
+    costs, found = asked(given)
+    table = limits_table([found], costs, given, KNOWN)
+    assert (table.cannot_be_said == "how thick her breast is in a mammogram").sum() == 1
+    assert (table.because == "only moduli times 3 carry her weight").sum() == 1
+
+
 def test_what_was_chosen_for_her_is_named():
     rows = [
         row | {"thickness_from": "half of 100 mm", "moduli_factor": 2.0}

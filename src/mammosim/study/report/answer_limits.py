@@ -13,7 +13,7 @@ from mammosim.io.missing import missing_rows, reason_of
 from mammosim.study.report.answer import Answer
 from mammosim.study.report.answer_words import WORDS
 from mammosim.study.report.pressed_breast import BREAST, Tables, of_breast
-from mammosim.study.report.strategy_costs import COSTS, UNKNOWN
+from mammosim.study.report.strategy_costs import COSTS
 
 # What may not be planned of a volunteer.
 COMPRESSION, FIT = REPORTED["pressed"], REPORTED["fit"]
@@ -138,7 +138,7 @@ def _unknown_costs(answer: Answer, rows: pd.DataFrame, tables: Tables, known: Kn
                 "its numerical error was not measured with these settings of X-rays",
                 "snakemake accuracy, or settings of config/accuracy/parameters.yaml",
             )
-        elif answer.verdict != UNKNOWN or mine.value.notna().any():
+        elif np.isfinite(answer.possible_mm) or mine.value.notna().any():
             yield (
                 f"what less compression does to {WORDS[quantity]}",
                 f"there is no result of {WORDS[quantity]}",
