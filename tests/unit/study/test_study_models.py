@@ -17,6 +17,8 @@ from mammosim.core.errors import ConfigurationError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.rigid import RigidTransform
 from mammosim.figures.models import models as drawn
+from mammosim.mechanics.body import Body
+from mammosim.mechanics.other_laws import IncrementalBody, NetworkBody
 from mammosim.study.models.model import PRODUCTS, Model
 from mammosim.study.models.rows import SHOWN, measured_row, numbers, table
 from mammosim.study.models.scores import nipple_away_mm, score
@@ -195,6 +197,22 @@ def test_water_leaves_little_of_the_weight(made):
     wet = measured_row(made("rajagopal2007"), {"prone": NIPPLE})
     assert free["nipple_prone_mm"] < 0.05
     assert 0.05 < wet["nipple_prone_mm"] < 0.5 * free["stress_free_moved_mm"]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("azar2002", IncrementalBody), ("patete2013", NetworkBody), ("mira2018", Body)]
+)
+def test_its_body_is_of_its_law(made, name, kind):
+    assert type(made(name)["body"]) is kind
+
+
+def test_its_force_is_that_at_the_distance_of_the_plates_that_was_asked_for(made):
+    by_increments = made("azar2002", increments=3).with_settings({"load.thickness_mm": 78.0})
+    assert by_increments["force"].thickness_mm == 78.0
+    along_a_path = made("han2012").with_settings({"load.thickness_mm": 62.0})
+    path = along_a_path["standard_path"].path
+    assert along_a_path["force"].thickness_mm == pytest.approx(62.0, abs=0.5)
+    assert along_a_path["force"].force_n == path.force_n.max() > path.force_n.min()
 
 
 def test_a_model_that_begins_with_the_measured_shape_has_its_prone_nipple_by_assumption(made):
