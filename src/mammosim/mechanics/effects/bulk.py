@@ -14,6 +14,7 @@ import numpy as np
 from mammosim.core.mesh import TetMesh
 from mammosim.core.tissues import Tissues
 from mammosim.mechanics.effects import bulk_kernels as kernels
+from mammosim.mechanics.effects.bulk_projection import project_tangents
 from mammosim.mechanics.mixture import cell_tissues
 from mammosim.mechanics.pattern import Tangent, add_to_nodes
 from mammosim.mechanics.reference import CellQuadrature, cell_quadrature
@@ -82,8 +83,7 @@ class NeoHookean:
         cells, dN, dV, mu, k, p = (values[batch] for values in each)
         Ke = kernels.tangents(x, cells, dN, dV, mu, k, p)
         if projected:
-            bad = kernels.indefinite_cells(x, cells, dN, mu, k, p)
-            Ke[bad] = kernels.projected_tangents(x, cells[bad], dN[bad], dV[bad], mu[bad], k[bad], p[bad])
+            project_tangents(Ke, x, cells, dN, dV, mu, k, p)
         return Ke
 
     def tangent_pressure(self, x: np.ndarray) -> np.ndarray:
