@@ -77,6 +77,7 @@ def test_settings_whose_errors_were_not_measured_leave_the_mass_open(answered):
     numbers = [tables[1].set_index(["strategy", "quantity"]) for tables in (measured, coarse)]
     masses = [each.loc[("reduced", "mass_d")] for each in numbers]
     assert masses[0].change_high_percent > 5
-    assert pd.isna(masses[1].change_high_percent)
-    assert masses[1].costs == "cannot be said"
+    assert masses[1].change_high_percent < masses[0].change_high_percent, "of the pixels alone"
+    assert masses[1].interval_from == "pixels"
+    assert (masses[0].complete, masses[1].complete) == (True, False)
     assert coarse[2].cannot_be_said.str.startswith("how sure the change of d' of the mass is").any()

@@ -11,7 +11,7 @@ one loss meets its limit, and no further than where a lower one does.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -39,14 +39,17 @@ STRATEGIES, BETWEEN = "strategies", "interpolation"
 class Reach:
     """How far one loss allows, as its intervals have it: `certain` at least, `possible` at most, mm.
 
+
     by: STRATEGIES, where nothing is taken in between, or BETWEEN; ended: whether a limit is the end, and not
-    the thickest that was computed. NaN: nothing is known.
+    the thickest that was computed; complete: whether the intervals hold every error of a change. NaN: nothing
+    is known.
     """
 
     certain: float = float("nan")
     possible: float = float("nan")
     by: str = STRATEGIES
     ended: bool = False
+    complete: bool = True
 
 
 def reach(t: np.ndarray, low: np.ndarray, high: np.ndarray, limit: float, *, growing: bool) -> Reach:
@@ -105,9 +108,9 @@ class Answer:
     """One breast: the row of answer.csv. Thicknesses in mm, forces in N, with the moduli that are X-rayed.
 
     verdict: LESS, MAY or MORE of what a strategy that was computed costs at best, or UNKNOWN; certain,
-    possible: Reach of all losses together, certain NaN where one of them is not known; decides: the quantity
-    that ends it; less, may_be_less, more, not_known: names of the strategies by what they cost; shown: the
-    one that is told; why: what is lacking for an answer.
+    possible: Reach of all losses together, certain NaN where one of them, or its error, is not known;
+    decides: the quantity that ends it; less, may_be_less, more, not_known: names of the strategies by what
+    they cost; shown: the one that is told; why: what is lacking for an answer.
     """
 
     volunteer: str
@@ -196,9 +199,9 @@ def _reach(rows: pd.DataFrame, quantity: str, limits: LossLimits) -> Reach:
     mine = mine[mine.thickness_mm >= float(mine.thickness_mm[mine.strategy == STANDARD].iloc[0])]
     ends = mine[["change_low_percent", "change_high_percent"]].to_numpy(float)
     low, high = ends.T if sign > 0 else -ends.T[::-1]
-    return reach(
-        mine.thickness_mm.to_numpy(float), low, high, getattr(limits, limit), growing=quantity == DOSE
-    )
+    t = mine.thickness_mm.to_numpy(float)
+    found = reach(t, low, high, getattr(limits, limit), growing=quantity == DOSE)
+    return replace(found, complete=bool(mine.complete.all()))
 
 
 def _together(ends: Mapping[str, Reach], breast: PressedBreast) -> dict[str, Any]:
@@ -208,7 +211,8 @@ def _together(ends: Mapping[str, Reach], breast: PressedBreast) -> dict[str, Any
         return {}
     decides = min(known, key=lambda quantity: (known[quantity].certain, known[quantity].possible))
     possible = min(end.possible for end in known.values())
-    certain = known[decides].certain if len(known) == len(ends) else float("nan")
+    sure = len(known) == len(ends) and all(end.complete for end in known.values())
+    certain = known[decides].certain if sure else float("nan")
     return {
         "certain_mm": certain,
         "certain_n": breast.at(UNDER_GRAVITY, FORCE, certain),

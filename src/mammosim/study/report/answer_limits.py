@@ -130,7 +130,7 @@ def _unknown_costs(answer: Answer, rows: pd.DataFrame, tables: Tables, known: Kn
     reduced = rows[rows.thickness_mm > answer.standard_mm]
     for quantity in COSTS:
         mine = reduced[reduced["quantity"] == quantity]
-        if mine.empty or mine.change_low_percent.notna().any():
+        if mine.empty or mine.complete.any():
             continue
         if mine.change_percent.notna().any():
             yield (

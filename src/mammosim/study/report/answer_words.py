@@ -61,7 +61,8 @@ def _head(a: Answer, limits: LossLimits) -> str:
     begin, cost = f"**{who}: thickness may rise from {a.standard_mm:.1f} to", loss_words(limits)
     if not np.isfinite(a.certain_mm):
         end = f"{a.possible_mm:.1f} mm at most{_force(a, a.possible_n)}**"
-        return f"{begin} {end} before it costs {cost}; not all losses are known, and nothing is certain."
+        why = "not every loss and its error are known, and nothing is certain"
+        return f"{begin} {end} before it costs {cost}; {why}."
     if not a.ended:
         end = f"{a.certain_mm:.1f} mm at least{_force(a, a.certain_n)}**"
         return f"{begin} {end}, the thickest that was computed, for less than {cost}."

@@ -21,7 +21,7 @@ from mammosim.core.settings import Positive, Settings
 from mammosim.study.report.pressed_breast import BREAST, DONE, FORCE, PressedBreast, is_level
 
 COLUMNS = [*BREAST, "strategy", "level", "thickness_mm", "quantity", "value", "low", "high", "interval_from",
-           "change_percent", "change_low_percent", "change_high_percent", "costs"]  # fmt: skip
+           "change_percent", "change_low_percent", "change_high_percent", "complete", "costs"]  # fmt: skip
 DOSE, MASS, CALCIFICATIONS = "dose_mgy", "mass_d", "calcification_d"
 # What it costs: the limit that holds for it, and the sign of the change that is a loss.
 COSTS: Mapping[str, tuple[str, int]] = {
@@ -74,8 +74,8 @@ def strategy_costs(
     """COLUMNS: a row per breast, strategy, the thinnest first, and quantity.
 
     level: whether the plates stayed parallel; low, high: the interval of the value, and interval_from: what
-    it holds, both empty where none is known; costs: LESS, MAY, MORE or UNKNOWN against the limits, '' of what
-    has none and of the standard.
+    it holds, both empty where none is known; complete: whether it holds every error of a change; costs:
+    LESS, MAY, MORE or UNKNOWN against the limits, '' of what has none and of the standard.
     """
     rows = [
         {"volunteer": volunteer, "side": side, **row}
@@ -114,6 +114,7 @@ def _done(breast: PressedBreast) -> Iterator[dict[str, object]]:
                 "interval_from": ", ".join(sources),
                 "change_percent": changes[0],
                 **_interval(changes, "change_low_percent", "change_high_percent"),
+                "complete": bool(sources),
                 "costs": "",
             }
 
@@ -145,11 +146,13 @@ def _seen(breast: PressedBreast, numerical: Numerical, limits: LossLimits) -> It
                 change = (0.0, 0.0, 0.0) if q > 0 else change
             c, low, high = change
             loss = (low, high) if sign > 0 else (-high, -low)
+            complete = bool(np.isfinite(q) and here[f"{quantity}_complete"])
             told = "" if row.strategy == STANDARD else verdict(*loss, getattr(limits, limit))
+            told = MAY if told == LESS and not complete else told
             yield _keys(row) | {
                 "quantity": quantity, "value": q, "low": q * (1 - h), "high": q * (1 + h),
                 "interval_from": why if h > 0 else "", "change_percent": c, "change_low_percent": low,
-                "change_high_percent": high, "costs": told,
+                "change_high_percent": high, "complete": complete, "costs": told,
             }  # fmt: skip
 
 
@@ -163,9 +166,10 @@ def _change(q: float, h: float, q0: float, h0: float) -> tuple[float, float, flo
 
 
 def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
-    """Of each image the strategy; of each of COSTS the value, `_half`, its half width, and `_from`, of what.
+    """Of each image the strategy; of each of COSTS the value, `_half`, its half width, `_from`, of what, and
+    `_complete`, whether the numerical errors, too.
 
-    image: rows of image.csv of one breast. A half width is NaN where a part of it was not measured.
+    image: rows of image.csv of one breast.
     """
     rows = image.reindex(columns=["strategy", "dose_mgy", "dose_se_mgy", "cnr_quantum", "lesion_pixels",
                                   "calcification_d_expected", "calcification_d_low",
@@ -178,19 +182,22 @@ def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
     told = (rows.calcification_d_high - rows.calcification_d_low) / (
         rows.calcification_d_high + rows.calcification_d_low
     )
-    known = np.isfinite(n.calcification)
+    dose, contrast, calcification = map(np.isfinite, (n.dose, n.contrast, n.calcification))
     return pd.DataFrame({
         "strategy": rows.strategy,
         DOSE: rows.dose_mgy.astype(float),
-        f"{DOSE}_half": np.hypot(photons, n.dose / 100).astype(float),
-        f"{DOSE}_from": "photons, voxels",
+        f"{DOSE}_half": np.hypot(photons, np.nan_to_num(n.dose / 100)).astype(float),
+        f"{DOSE}_from": "photons, voxels" if dose else "photons",
+        f"{DOSE}_complete": dose,
         # ASSUME: the noise of pixels is white; blur, which colours it, lowers d' at each thickness alike.
         MASS: (rows.cnr_quantum * np.sqrt(N)).astype(float),
-        f"{MASS}_half": np.hypot(counted, n.contrast / 100).astype(float),
-        f"{MASS}_from": "voxels, rays, pixels",
+        f"{MASS}_half": np.hypot(counted, np.nan_to_num(n.contrast / 100)).astype(float),
+        f"{MASS}_from": "voxels, rays, pixels" if contrast else "pixels",
+        f"{MASS}_complete": contrast,
         CALCIFICATIONS: rows.calcification_d_expected.astype(float),
-        f"{CALCIFICATIONS}_half": n.calcification / 100 if known else told.astype(float),
-        f"{CALCIFICATIONS}_from": "voxels, rays, scatter" if known else "the observer's images",
+        f"{CALCIFICATIONS}_half": n.calcification / 100 if calcification else told.astype(float),
+        f"{CALCIFICATIONS}_from": "voxels, rays, scatter" if calcification else "the observer's images",
+        f"{CALCIFICATIONS}_complete": True,
     })  # fmt: skip
 
 
