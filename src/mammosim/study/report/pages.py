@@ -29,7 +29,7 @@ LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
 SHORT = 12  # rows of a table that is shown whole
-PROSE = 40  # letters of a cell that is a sentence
+PROSE = 60  # letters of a cell that is a sentence
 KB, MB = 1e3, 1e6
 
 
