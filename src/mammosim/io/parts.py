@@ -43,6 +43,19 @@ def _detached(header: Path) -> list[str]:
     return [str(file) for file in files if file.is_file()]
 
 
+def recorded(files: Iterable[str]) -> list[str]:
+    """The files whose names are UTF-8, which a workflow can record; the others it knows by `heads` alone."""
+    return [file for file in files if _is_utf8(file)]
+
+
+def _is_utf8(name: str) -> bool:
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def heads(files: Iterable[str]) -> str:
     """16 hex digits of the sizes and the first bytes of files, in their order: other images have others.
 

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from mammosim.io.parts import heads, parts
+from mammosim.io.parts import heads, parts, recorded
 
 
 @pytest.fixture
@@ -62,3 +62,15 @@ def test_another_image_has_another_digest_whatever_its_date_and_a_copy_the_same(
         assert heads(parts(str(series))) != before
     first.write_bytes(text)
     assert heads(parts(str(series))) == before
+
+
+def test_a_name_that_is_no_utf_8_is_not_recorded_and_its_content_is_known(series):
+    """Snakemake writes the names of inputs as UTF-8, and ends where it cannot."""
+    os.rename(series / "1.dcm", os.path.join(os.fsencode(series), b"br\xfcst.dcm"))
+    files = parts(str(series))
+    assert len(files) == 3
+    assert recorded(files) == [str(series / "2.dcm"), str(series / "deeper/3.dcm")]
+    before = heads(files)
+    with open(os.path.join(os.fsencode(series), b"br\xfcst.dcm"), "ab") as file:
+        file.write(b"more")
+    assert heads(parts(str(series))) != before
