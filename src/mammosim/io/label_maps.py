@@ -3,8 +3,8 @@
 A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type. A
 DICOM segmentation is a file, or the only one in a folder or a zip. `.seg.nrrd` of 3D Slicer says by name what
 its segments are, which may overlap. Codes are explained by a preset of `data/label_codes.csv`, by a table of
-`code` and `tissue`, by a label description file of ITK-SNAP, or by the `dataset.json` of nnU-Net. Names mean
-what `data/label_names.csv` says. Frame LPS, mm.
+`code` and `tissue`, by a colour table of 3D Slicer, by a label description file of ITK-SNAP, or by the
+`dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
 """
 
 import re
