@@ -29,6 +29,7 @@ ROWS = (
 TARGETS = (
     "results/checked/ada.html",
     "results/checked/bea.html",
+    "results/checked/small.html",
     "results/images/ada/prone.nii.gz",
     "results/checked/bea_prone.csv",
     "results/truth/made_03/woman.json",
@@ -60,6 +61,7 @@ def handed(study, tmp_path_factory):
         (mine / series / "1.dcm").write_bytes(b"a slice")
     for name in ("l.nii.gz", "l_supine.nii.gz"):
         (mine / name).write_bytes(b"labels")
+    (there.run / "results/raw/small/prone").mkdir(parents=True)  # and not her other positions yet
     (mine / "codes.tsv").write_text("code\ttissue\n0\tair\n")
     lines = "".join("\t".join(row) + "\n" for row in (COLUMNS, *ROWS))
     (mine / "volunteers.tsv").write_text(lines)
@@ -106,6 +108,15 @@ def test_the_thickness_of_a_page_is_the_one_that_is_stated(handed):
 
 def test_data_of_ones_own_are_not_waited_for(handed):
     assert not any(handed(f"results/checked/{v}.html")["params"]["told"]["waits"] for v in ("ada", "bea"))
+
+
+def test_a_digital_woman_is_waited_for_until_all_of_her_scans_are_there(handed):
+    params = handed("results/checked/small.html")["params"]
+    there = {row["position"]: row["there"] for row in params["rows"]}
+    assert there.pop("prone")
+    assert there
+    assert not any(there.values())
+    assert params["told"]["waits"]
 
 
 def test_an_image_is_imported_as_its_row_says_and_after_all_of_hers_is_checked(handed):
