@@ -94,6 +94,18 @@ def test_slices_of_philips_are_on_one_scale(tmp_path: Path) -> None:
     assert f"by up to a factor of {1 / otherwise:.3g}: check" in series.notes[0]
 
 
+def test_an_intercept_of_philips_is_on_the_same_scale(tmp_path: Path) -> None:
+    """The display P slope + intercept over slope times scale slope: here S + 3 in all slices."""
+
+    def philips(k: int, dataset: Dataset) -> None:
+        slope, scale = 0.5 + 0.1 * k, 2.0 + k
+        dataset.RescaleSlope, dataset.RescaleIntercept = f"{slope:.2f}", f"{3 * slope * scale:.6f}"
+        dataset.PixelData = (VALUES[k] * (2 + k)).astype(np.uint16).tobytes()
+        dataset.private_block(0x2005, "Philips MR Imaging DD 001", create=True).add_new(0x0E, "FL", scale)
+
+    np.testing.assert_allclose(read_series(write(tmp_path, philips)).image.values, VALUES + 3.0, rtol=1e-5)
+
+
 def test_philips_whose_display_is_on_the_same_scale_needs_no_look(tmp_path: Path) -> None:
     def philips(k: int, dataset: Dataset) -> None:
         scale = 2.0**k
