@@ -44,8 +44,11 @@ def _detached(header: Path) -> list[str]:
 
 
 def recorded(files: Iterable[str]) -> list[str]:
-    """The files whose names are UTF-8, which a workflow can record; the others it knows by `heads` alone."""
-    return [file for file in files if _is_utf8(file)]
+    """The files that a workflow can record by their names; the others it knows by `heads` alone.
+
+    Snakemake takes braces for wildcards, and ends where a name is no UTF-8 or has a line break.
+    """
+    return [file for file in files if _is_utf8(file) and not set(file) & set("{}\r\n")]
 
 
 def _is_utf8(name: str) -> bool:

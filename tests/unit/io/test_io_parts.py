@@ -64,13 +64,15 @@ def test_another_image_has_another_digest_whatever_its_date_and_a_copy_the_same(
     assert heads(parts(str(series))) == before
 
 
-def test_a_name_that_is_no_utf_8_is_not_recorded_and_its_content_is_known(series):
-    """Snakemake writes the names of inputs as UTF-8, and ends where it cannot."""
-    os.rename(series / "1.dcm", os.path.join(os.fsencode(series), b"br\xfcst.dcm"))
+@pytest.mark.parametrize("name", [b"br\xfcst.dcm", b"{v}.dcm", b"1\n.dcm"])
+def test_a_name_that_cannot_be_recorded_is_not_and_its_content_is_known(series, name):
+    """Snakemake writes names of inputs as UTF-8, a line each, and puts wildcards in the place of braces."""
+    other = os.path.join(os.fsencode(series), name)
+    os.rename(series / "1.dcm", other)
     files = parts(str(series))
     assert len(files) == 3
     assert recorded(files) == [str(series / "2.dcm"), str(series / "deeper/3.dcm")]
     before = heads(files)
-    with open(os.path.join(os.fsencode(series), b"br\xfcst.dcm"), "ab") as file:
+    with open(other, "ab") as file:
         file.write(b"more")
     assert heads(parts(str(series))) != before
