@@ -146,6 +146,7 @@ def two_series(folder: Path, image: Image) -> None:
             late = number == 7 and z > image.grid.origin[2] + (image.grid.shape[0] - 3.5) * 8.0
             slice_.ImagePositionPatient = [x, y, z + 4.0 * late]
             slice_.save_as(path)
+    os.rename(path, os.fsencode(path.parent) + b"/br\xfcst.dcm")  # a name of another encoding is no fault
 
 
 def test_what_a_row_says_of_its_files_reaches_all_that_reads_them(women, tmp_path):

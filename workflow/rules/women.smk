@@ -4,7 +4,7 @@ from types import SimpleNamespace
 from mammosim.chain import allowed
 from mammosim.core.positions import GRAVITY
 from mammosim.io.label_codes import is_preset
-from mammosim.io.parts import heads, parts
+from mammosim.io.parts import heads, parts, recorded
 
 
 def tissue_table(name):
@@ -164,7 +164,12 @@ def row(wildcards):
 
 @cache
 def files_of(path):
-    """The files that a path of the table stands for; none of what the study makes itself."""
+    """The files that a path of the table stands for, as far as they can be recorded; none of what the study makes itself."""
+    return recorded(given_parts(path))
+
+
+def given_parts(path):
+    """All files that a path of the table stands for; none of what the study makes itself."""
     return [] if path.startswith("results/") else parts(path)
 
 
@@ -176,7 +181,7 @@ def place_of(path):
 @cache
 def content_of(*paths):
     """A digest by which these files are known, whatever their dates."""
-    return heads(file for path in paths for file in files_of(path))
+    return heads(file for path in paths for file in given_parts(path))
 
 
 def codes_file(wildcards):

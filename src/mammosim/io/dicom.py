@@ -4,7 +4,7 @@ A series is a folder, a zip, or one file of several frames: `dicom_files` finds 
 series and phase that is meant, `dicom_stack` judges their places, `dicom_pixels` reads the intensities.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,11 +14,12 @@ from mammosim.core.errors import ImageError
 from mammosim.core.positions import GRAVITY
 from mammosim.core.volume import Grid, Image
 from mammosim.io.dicom_choice import choose
-from mammosim.io.dicom_files import dicom_files
+from mammosim.io.dicom_files import File, dicom_files
 from mammosim.io.dicom_pixels import PADDING, intensities
 from mammosim.io.dicom_planes import PHILIPS_SCALE, PREAMBLE, SUFFIXES, planes_of, quietly
 from mammosim.io.dicom_stack import RESAMPLE, Stack, stacked
 from mammosim.io.dicom_tags import is_inverse
+from mammosim.io.images import ENDINGS
 from mammosim.io.orientation import rising
 
 DESCRIBING = ("SeriesDescription", "ProtocolName", "StudyDescription")
@@ -72,7 +73,7 @@ def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series
         if not planes:
             raise ImageError(
                 f"{path} has 0 DICOM slices with pixels; a volume needs at least 2; give the folder or zip "
-                "of a series"
+                f"of a series{_or_image(files)}"
             )
         chosen = choose(planes, series, str(path))
         stack = stacked(chosen.planes, str(path), whole=chosen.whole, resampled=gaps == RESAMPLE)
@@ -91,6 +92,12 @@ def read_series(path: str | Path, *, series: str = "", gaps: str = "") -> Series
         notes,
         chosen.told,
     )
+
+
+def _or_image(files: Sequence[File]) -> str:
+    """Words on an image file that is there in the place of a series."""
+    image = next((file.name for file in files if file.name.lower().endswith(ENDINGS)), "")
+    return f", or {image} itself" if image else ""
 
 
 def _notes(stack: Stack) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """The files of a folder, of a zip and of zips within, to be opened one after the other."""
 
+import os
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -36,7 +37,7 @@ def dicom_files(path: str | Path) -> Iterator[list[File]]:
 
 def _files(path: Path, stack: ExitStack) -> Iterator[File]:
     for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-        name = str(file.relative_to(path)) if file != path else file.name
+        name = _printable(file.relative_to(path) if file != path else file.name)
         if is_hidden(name) or file.is_dir():
             continue
         if not file.is_file():
@@ -45,6 +46,11 @@ def _files(path: Path, stack: ExitStack) -> Iterator[File]:
             yield from _zipped(file, "" if file == path else f"{name}/", str(file), stack)
         else:
             yield File(name, _opening(file))
+
+
+def _printable(name: str | Path) -> str:
+    """A name as it can be written into any message or table, also where a disk has it in another encoding."""
+    return os.fsencode(name).decode("utf-8", "replace")
 
 
 def _opening(file: Path) -> Callable[[], BinaryIO]:

@@ -27,13 +27,15 @@ Place = tuple[int, ...]
 def each_once(group: Sequence[Plane]) -> tuple[list[Plane], tuple[str, ...]]:
     """Without copies of a slice, and words on them.
 
-    Raises ImageError where two of one SOPInstanceUID differ.
+    Some programs that take names out give all slices one SOPInstanceUID: what stands elsewhere is no copy.
+    Raises ImageError where two of one SOPInstanceUID and place differ.
     """
-    first: dict[tuple[str, int], Plane] = {}
+    first: dict[tuple[str, int, Place], Plane] = {}
+    place = _places(group)
     equal: dict[tuple[str, str], bool] = {}
     for plane in group:
         uid = str(plane.tags.get("SOPInstanceUID") or plane.file.name)
-        other = first.setdefault((uid, plane.frame), plane)
+        other = first.setdefault((uid, plane.frame, place[plane]), plane)
         if other is plane:
             continue
         pair = other.file.name, plane.file.name

@@ -56,9 +56,18 @@ def _padded(stored: np.ndarray, plane: Plane) -> np.ndarray:
     if not isinstance(one, int):
         return np.zeros(stored.shape, bool)
     limit = plane.tags.get("PixelPaddingRangeLimit")
-    low, high = sorted((one, limit if isinstance(limit, int) else one))
+    low, high = sorted(
+        _as_stored(each, stored.dtype) for each in (one, limit if isinstance(limit, int) else one)
+    )
     found: np.ndarray = (stored >= low) & (stored <= high)
     return found
+
+
+def _as_stored(value: int, dtype: np.dtype) -> int:
+    """A value of padding by the sign of the pixels: writers state -2000 as 63536, of 16 bits without sign."""
+    if dtype.kind != "i" or value <= np.iinfo(dtype).max:
+        return value
+    return value - (1 << 8 * dtype.itemsize)
 
 
 def _darken(values: np.ndarray, padded: Mapping[int, np.ndarray], *, inverse: bool) -> None:

@@ -169,9 +169,7 @@ def _markups(path: Path) -> Fiducials:
         lists = [each for each in every if each.get("type", "Fiducial") == "Fiducial"]
         return _checked([point for each in lists for point in _controls(each, path)], path)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise FiducialError(
-            f"{path} is not a Slicer point list; export one list of points ({error})"
-        ) from error
+        raise FiducialError(f"{path} is not a point list as 3D Slicer writes it; export it again") from error
 
 
 def _controls(markups: dict[str, Any], path: Path) -> list[_Given]:
@@ -185,7 +183,7 @@ def _controls(markups: dict[str, Any], path: Path) -> list[_Given]:
             LACKING.get(str(point.get("positionStatus", "defined")).lower(), NOT_PLACED),
             label,
         )
-        for point in markups["controlPoints"]
+        for point in markups.get("controlPoints") or ()
     ]
 
 
@@ -193,8 +191,11 @@ def _scaled(position: Any, scale: np.ndarray) -> np.ndarray | None:
     """The position (3,) in LPS and mm; None where there are no three numbers."""
     if not isinstance(position, list) or len(position) != 3:
         return None
-    placed: np.ndarray = scale * np.array(position, float)
-    return placed
+    try:
+        placed: np.ndarray = scale * np.array(position, float)
+    except (TypeError, ValueError):
+        return None
+    return placed if placed.shape == (3,) else None
 
 
 def _fcsv(path: Path) -> Fiducials:

@@ -5,6 +5,7 @@ checksums right, that left and right are stated, that lengths are in mm and axes
 Definitions: https://teem.sourceforge.net/nrrd/format.html and https://itk.org/Wiki/MetaIO/Documentation.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from mammosim.core.errors import ImageError
 from mammosim.io.placement import require_rigid
 from mammosim.io.whole import require_count, rest_of, unpacked
 
+VECTOR = re.compile(r"\([^)]*\)|none")
 NRRD_PACKED = {"raw": False, "gzip": True, "gz": True}
 NRRD_BYTES = {
     "signed char": 1, "int8": 1, "int8_t": 1, "uchar": 1, "unsigned char": 1, "uint8": 1, "uint8_t": 1,
@@ -39,8 +41,10 @@ META_BYTES = {
 }  # fmt: skip
 # ASSUME: programs pad what they do not pack by less than a hundredth.
 PADDING = 0.01
-META_MATRIX = ("transformmatrix", "rotation", "orientation")
-META_OFFSET = ("offset", "position", "origin")
+# MetaIO reads keys by their case, takes 1 and 0 for what is not there, and true by its first letter.
+META_MATRIX = ("TransformMatrix", "Rotation", "Orientation")
+META_OFFSET = ("Offset", "Position", "Origin")
+META_SPACING = ("ElementSpacing", "ElementSize")
 
 
 @dataclass(frozen=True)
@@ -73,12 +77,27 @@ def require_whole_nrrd(path: Path) -> None:
     if any(unit.strip('"') != "mm" for unit in header.get("space units", "").split()):
         raise ImageError(f"{path}: space units are {header['space units']}, not mm; save it in mm")
     _nrrd_stored(path, header, end).require_whole(path)
-    vectors = header.get("space directions", "").replace(", ", ",").split()
+    vectors = VECTOR.findall(header.get("space directions", ""))
     steps = {n: v for n, v in enumerate(vectors) if v != "none"}  # none: of an axis of segments or colours
-    if len(steps) == 3:
-        axes = np.column_stack([np.array(v.strip("()").split(","), float) for v in steps.values()])
-        counts = header["sizes"].split()
-        require_rigid(axes, [int(counts[n]) for n in steps], path)
+    if len(steps) != 3:
+        raise ImageError(
+            f"{path} states no orientation: its space directions are not 3 vectors; save it with 3D Slicer "
+            "or ITK"
+        )
+    _require_origin(header, path)
+    axes = np.column_stack([np.array(v.strip("()").split(","), float) for v in steps.values()])
+    counts = header["sizes"].split()
+    require_rigid(axes, [int(counts[n]) for n in steps], path)
+
+
+def _require_origin(header: Mapping[str, str], path: Path) -> None:
+    """Raise ImageError where the place of the first voxel, if it is stated, is not 3 finite numbers."""
+    try:
+        origin = np.array(header.get("space origin", "(0,0,0)").strip("()").split(","), float)
+    except ValueError:
+        origin = np.zeros(0)
+    if len(origin) != 3 or not np.isfinite(origin).all():
+        raise ImageError(f"{path}: space origin must be 3 finite numbers; export the image again")
 
 
 def _nrrd_header(path: Path) -> tuple[dict[str, str], int]:
@@ -123,15 +142,18 @@ def _nrrd_stored(path: Path, header: Mapping[str, str], end: int) -> Stored:
 def require_whole_metaimage(path: Path) -> None:
     """Raises ImageError: cut short, damaged, no axes stated or not at right angles, not in mm."""
     header, end = _meta_header(path)
-    if (unit := header.get("distanceunits", "mm").strip("?").lower()) not in ("", "mm"):
+    if (unit := header.get("DistanceUnits", "mm").strip("?").lower()) not in ("", "mm"):
         raise ImageError(f"{path}: DistanceUnits is {unit}, not mm; save it in mm")
-    counts = [int(n) for n in _need(path, header, "dimsize").split()]
-    spacing = np.array(header.get("elementspacing", header.get("elementsize", "1 1 1")).split(), float)
+    counts = [int(n) for n in _need(path, header, "DimSize").split()]
+    spacing = _meta_spacing(header, path)
     if spacing.min() <= 0:
         raise ImageError(
             f"{path}: ElementSpacing {spacing.tolist()} must be positive; export the image again"
         )
-    _meta_stored(path, header, end, counts).require_whole(path)
+    stored = _meta_stored(path, header, end, counts)
+    stored.require_whole(path)
+    if stored.packed:
+        _require_packed_size(header, stored.file.stat().st_size - stored.skip, path)
     matrix = next((header[name] for name in META_MATRIX if name in header), None)
     if matrix is None:
         raise ImageError(
@@ -150,40 +172,63 @@ def _require_offset(header: Mapping[str, str], n: int, path: Path) -> None:
         except ValueError:
             numbers = np.zeros(0)
         if len(numbers) != n or not np.isfinite(numbers).all():
-            raise ImageError(f"{path}: {name.title()} must be {n} finite numbers; export the image again")
+            raise ImageError(f"{path}: {name} must be {n} finite numbers; export the image again")
 
 
 def _meta_header(path: Path) -> tuple[dict[str, str], int]:
-    """Keys in small letters, up to ElementDataFile, which is the last, and where the header ends."""
+    """Its fields up to ElementDataFile, which is the last, and where the header ends."""
     header: dict[str, str] = {}
     end = 0
     with path.open("rb") as file:
         for line in file:
             end += len(line)
             name, _, value = line.decode("utf-8", "replace").partition("=")
-            header[name.strip().lower()] = value.strip()
-            if "elementdatafile" in header:
+            header[name.strip()] = value.strip()
+            if "ElementDataFile" in header:
                 break
     return header, end
 
 
 def _meta_stored(path: Path, header: Mapping[str, str], end: int, counts: list[int]) -> Stored:
-    name = _need(path, header, "elementdatafile")
-    kind = _need(path, header, "elementtype").removeprefix("MET_").removesuffix("_ARRAY")
-    as_text = header.get("binarydata", "True").lower() == "false"
-    if kind not in META_BYTES or as_text or "%" in name or name == "LIST":
+    name = _need(path, header, "ElementDataFile")
+    kind = _need(path, header, "ElementType").removeprefix("MET_").removesuffix("_ARRAY")
+    several = "%" in name or name.split()[:1] == ["LIST"]
+    if kind not in META_BYTES or not _is_true(header.get("BinaryData", "True")) or several:
         raise ImageError(
             f"{path}: voxels as text, in several files or of type {kind} cannot be checked; save one .mha"
         )
-    channels = int(header.get("elementnumberofchannels", "1"))
+    channels = int(header.get("ElementNumberOfChannels", "1"))
     n_bytes = int(np.prod(counts, dtype=float)) * channels * META_BYTES[kind]
     local = name.upper() == "LOCAL"
     file = path if local else path.parent / name
-    skip = (end if local else 0) + max(int(header.get("headersize", "0")), 0)
-    if int(header.get("headersize", "0")) == -1 and file.is_file():
+    skip = (end if local else 0) + max(int(header.get("HeaderSize", "0")), 0)
+    if int(header.get("HeaderSize", "0")) == -1 and file.is_file():
         skip = file.stat().st_size - n_bytes
-    packed = header.get("compresseddata", "False").lower() == "true"
+    packed = _is_true(header.get("CompressedData", "False"))
     return Stored(file, max(skip, 0), packed, n_bytes)
+
+
+def _is_true(value: str) -> bool:
+    return value[:1] in ("T", "t", "1")
+
+
+def _meta_spacing(header: Mapping[str, str], path: Path) -> np.ndarray:
+    """Distances of voxels, mm. Raises ImageError where none is stated."""
+    given = next((header[name] for name in META_SPACING if name in header), None)
+    if given is None:
+        raise ImageError(f"{path} states no voxel size: it has no ElementSpacing; export the image again")
+    return np.array(given.split(), float)
+
+
+def _require_packed_size(header: Mapping[str, str], there: int, path: Path) -> None:
+    """Raise ImageError unless the header says how many bytes are packed: MetaIO unpacks no others."""
+    given = header.get("CompressedDataSize", "")
+    if given != str(there):
+        stated = f"states {given}" if given else "states none"
+        raise ImageError(
+            f"{path}: {there} packed bytes are there, and its CompressedDataSize {stated}; export it again, "
+            "or copy it again"
+        )
 
 
 def _need(path: Path, header: Mapping[str, str], name: str) -> str:

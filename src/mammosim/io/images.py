@@ -4,7 +4,9 @@ Half a file, a wrong byte, or a frame that is not stated is rejected, whoever wr
 """
 
 import errno
+import re
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import SimpleITK as sitk
@@ -16,6 +18,15 @@ from mammosim.io.headers import require_whole_metaimage, require_whole_nrrd
 from mammosim.io.missing import require_there
 from mammosim.io.nifti import is_nifti, read_nifti
 from mammosim.io.whole import AGAIN, require_written, unpacked
+
+ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
+# Of a message of ITK: where in its code, and at which address in memory.
+ITK_OWN = re.compile(
+    r"Exception thrown in SimpleITK \S+|\S+\.[ch]xx:\d+:|itk::ERROR:|ITK ERROR:|\w+\(0x[0-9a-f]+\):"
+)
+# How archives begin that are not unpacked here, and what a repository has in the place of large files.
+ARCHIVES = (b"PK\3\4", b"7z\xbc\xaf", b"Rar!", b"\xfd7zX", b"\x28\xb5\x2f\xfd")
+POINTER = b"vers"
 
 
 def read_image(path: str | Path) -> Image:
@@ -93,7 +104,7 @@ def whole_volume(path: str | Path) -> sitk.Image:
             f"{path} cannot be read: {error.strerror}; see to its permissions and disk"
         ) from None
     except (RuntimeError, ValueError, IndexError) as error:
-        reason = " ".join(str(error).split())
+        reason = " ".join(ITK_OWN.sub("", str(error)).split())
         raise ImageError(f"{path} is not a readable image; give .nii or .nii.gz ({reason})") from error
 
 
@@ -109,8 +120,17 @@ def _checked(path: Path) -> sitk.Image:
     elif path.suffix.lower() in (".mha", ".mhd"):
         require_whole_metaimage(path)
     else:
-        raise ValueError("it is no NIfTI, NRRD or MetaImage file, and one of .dcm is given by its folder")
+        _reject(path, head)
     return sitk.ReadImage(str(path))
+
+
+def _reject(path: Path, head: bytes) -> NoReturn:
+    """Raise ImageError, which says what a file of another kind is, and what to give."""
+    if head in ARCHIVES or ".tar" in path.suffixes or path.suffix.lower() == ".tgz":
+        raise ImageError(f"{path} is an archive; unpack it and give what is in it, or give a .zip")
+    if head == POINTER:
+        raise ImageError(f"{path} is a pointer of git-lfs and not the file itself; fetch it by git lfs pull")
+    raise ValueError("it is no NIfTI, NRRD or MetaImage file, and one of .dcm is given by its folder")
 
 
 def _read(path: str | Path) -> sitk.Image:

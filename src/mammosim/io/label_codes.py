@@ -4,13 +4,13 @@ Light: it is imported where the table of volunteers is checked.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.labels import Label
-from mammosim.io.plain import tabulated_plain
+from mammosim.io.plain import repeated, tabulated_plain
 
 # Beside Label, in a map of tissues: fat and gland under one code, and voxels that nobody labelled.
 BREAST, IGNORE = 253, 254
@@ -18,7 +18,9 @@ TISSUES = {**{label.tissue: int(label) for label in Label}, "breast": BREAST, "i
 OWN = "mammosim"  # the preset of this program's own codes
 COLUMNS = ("code", "tissue")  # of a table that explains codes
 ELSEWHERE = "outside"  # tissue of a code whose voxels are explained by another file only
-SNAP = re.compile(r'^\s*(-?\d+)\s+\d+\s+\d+\s+\d+\s+[\d.]+\s+\d+\s+\d+\s+"(.*)"\s*$')
+SNAP = re.compile(r'\s*(-?\d+)(?:\s+\d+){3}\s+[\d.eE+-]+(?:\s+\d+){2}\s+"(.*)"\s*')
+SLICER = re.compile(r"\s*(\d+)\s+(\S+)(?:\s+[\d.]+){4}\s*")  # blanks in names are written as _
+SLICER_COLUMNS = ("labelvalue", "name")  # of a colour table as .csv, since Slicer 5.8
 SIDES = re.compile(r"\b(left|right|l|r)\b")
 
 
@@ -51,7 +53,7 @@ def explained(path: str) -> Mapping[int, str]:
     readers: Mapping[str, Callable[[str], Mapping[int, str]]] = {
         ".json": _of_nnunet, ".tsv": _of_table, ".csv": _of_table,
     }  # fmt: skip
-    return readers.get(Path(path).suffix.lower(), _of_snap)(path)
+    return readers.get(Path(path).suffix.lower(), _of_lines)(path)
 
 
 def _of_table(path: str) -> Mapping[int, str]:
@@ -59,34 +61,56 @@ def _of_table(path: str) -> Mapping[int, str]:
 
     table = given_table(path, error=ConfigurationError, columns=COLUMNS, comments=True)
     table = table.rename(columns=str.lower)
+    if set(SLICER_COLUMNS) <= set(table):
+        rows = table[list(SLICER_COLUMNS)].itertuples(index=False)
+        return _of_pairs([(_code(code, n, path), str(name)) for n, (code, name) in enumerate(rows, 1)], path)
     if not set(COLUMNS) <= set(table):
         raise ConfigurationError(f"{path} has the columns {', '.join(table)}; it needs code and tissue")
     tissues = [str(name).lower() for name in table["tissue"]]
     found: dict[int, str] = {}
     for row, (code, tissue) in enumerate(zip(table["code"], tissues), 1):
-        where = f"{path}: row {row}, column"
-        if not _is_whole(str(code).removesuffix(".0")):
-            raise ConfigurationError(f"{where} code: a code is no whole number; write 0, 1, -2")
+        where, number = f"{path}: row {row}, column", _code(code, row, path)
         if tissue not in TISSUES:
             meant = meaning_of(tissue)
             advice = f"did you mean {meant}?" if meant else f"choose among: {', '.join(TISSUES)}"
             raise ConfigurationError(f"{where} tissue: it names no tissue; {advice}")
-        if (number := int(float(code))) in found:
+        if number in found:
             raise ConfigurationError(f"{where} code: a code stands twice; give each one row")
         found[number] = tissue
     return found
 
 
-def _of_snap(path: str) -> Mapping[int, str]:
+def _code(code: object, row: int, path: str) -> int:
+    """The code of a row. Raises ConfigurationError where it is no whole number."""
+    if not _is_whole(text := str(code).removesuffix(".0")):
+        raise ConfigurationError(f"{path}: row {row}, column code: a code is no whole number; write 0, 1, -2")
+    return int(text)
+
+
+def _of_lines(path: str) -> Mapping[int, str]:
+    """Of a label description file of ITK-SNAP, or a colour table of 3D Slicer (.ctbl, .txt)."""
     from mammosim.io.given import given_text
 
-    lines = given_text(path).splitlines()
-    found = {int(match[1]): match[2] for line in lines if (match := SNAP.match(line))}
-    if not found:
+    lines = enumerate(given_text(path).splitlines(), 1)
+    rows = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    found = [SNAP.fullmatch(line) or SLICER.fullmatch(line) for _, line in rows]
+    if not any(found):
         raise ConfigurationError(
-            f"{path} is no label description file of ITK-SNAP; nor .tsv, .csv, or nnU-Net's .json"
+            f"{path} is no label description file of ITK-SNAP and no colour table of 3D Slicer; nor .tsv, "
+            ".csv, or nnU-Net's .json"
         )
-    return of_names(found)
+    if odd := [number for (number, _), match in zip(rows, found) if not match]:
+        raise ConfigurationError(
+            f"{path}: line {odd[0]} is no label as the other lines are; correct it, or begin it with #"
+        )
+    return _of_pairs([(int(match[1]), match[2]) for match in found if match], path)
+
+
+def _of_pairs(pairs: Sequence[tuple[int, str]], path: str) -> Mapping[int, str]:
+    """Code -> tissue by names. Raises ConfigurationError where a code stands twice."""
+    if twice := repeated([code for code, _ in pairs]):
+        raise ConfigurationError(f"{path}: code {twice[0]} has two names; give it one")
+    return of_names(dict(pairs))
 
 
 def _of_nnunet(path: str) -> Mapping[int, str]:
@@ -96,12 +120,14 @@ def _of_nnunet(path: str) -> Mapping[int, str]:
     try:
         labels = given_json(path, error=ConfigurationError)["labels"]
         pairs = [(code, name) if _is_whole(code) else (name, code) for code, name in labels.items()]
-        return of_names({int(code): str(name) for code, name in pairs})
     except (ValueError, KeyError, TypeError, AttributeError):
+        pairs = []
+    if not pairs or not all(_is_whole(str(code)) for code, _ in pairs):
         raise ConfigurationError(
-            f"{path} has no `labels` with a whole number each, as nnU-Net writes; export it again, or give a "
-            "table of code and tissue"
-        ) from None
+            f"{path} has no `labels` with a whole number each, as nnU-Net writes where they are no regions; "
+            "export it again, or give a table of code and tissue"
+        )
+    return _of_pairs([(int(code), str(name)) for code, name in pairs], path)
 
 
 def _is_whole(text: str) -> bool:

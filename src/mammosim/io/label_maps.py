@@ -3,10 +3,11 @@
 A map is NIfTI, NRRD, MHA or MHD, or one of these in a `.zip`; its values are whole numbers of any type. A
 DICOM segmentation is a file, or the only one in a folder or a zip. `.seg.nrrd` of 3D Slicer says by name what
 its segments are, which may overlap. Codes are explained by a preset of `data/label_codes.csv`, by a table of
-`code` and `tissue`, by a label description file of ITK-SNAP, or by the `dataset.json` of nnU-Net. Names mean
-what `data/label_names.csv` says. Frame LPS, mm.
+`code` and `tissue`, by a colour table of 3D Slicer, by a label description file of ITK-SNAP, or by the
+`dataset.json` of nnU-Net. Names mean what `data/label_names.csv` says. Frame LPS, mm.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -19,7 +20,7 @@ import SimpleITK as sitk
 from mammosim.core.errors import ImageError
 from mammosim.core.volume import Grid, LabelMap
 from mammosim.io.dicom_files import File, dicom_files
-from mammosim.io.images import grid_of, whole_volume
+from mammosim.io.images import ENDINGS, grid_of, whole_volume
 from mammosim.io.label_codes import (
     ELSEWHERE,
     OWN,
@@ -31,10 +32,12 @@ from mammosim.io.label_codes import (
     presets,
 )
 from mammosim.io.missing import require_there
+from mammosim.io.plain import repeated
 
-ENDINGS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
 SHOWN = 8  # codes that a message lists
+SEGMENT = re.compile(r"Segment(\d+)_(?:ID|Name|Layer|LabelValue)")
 ROUNDING = 1e-3  # of a code, by the slope that it was stored with
+LARGEST = np.iinfo(np.int32)
 GIVE = "give a preset, or a table of code and tissue"
 
 
@@ -173,7 +176,7 @@ def _below(folder: str, file: File) -> Path:
 def _coded(volume: sitk.Image, path: str) -> CodedMap:
     if volume.GetDimension() != 3:
         raise ImageError(f"{path} has {volume.GetDimension()} dimensions; give a label map of 3")
-    segments = segments_of(volume)
+    segments = segments_of(volume, path)
     layers = volume.GetNumberOfComponentsPerPixel()
     if layers == 1:
         turned = sitk.DICOMOrient(volume, "LPS")
@@ -187,20 +190,36 @@ def _coded(volume: sitk.Image, path: str) -> CodedMap:
         sitk.DICOMOrient(sitk.VectorIndexSelectionCast(volume, layer), "LPS") for layer in range(layers)
     ]
     codes = [_whole(sitk.GetArrayFromImage(each), path) for each in turned]
-    masks = [(name, codes[layer] == code) for name, layer, code in segments if layer < layers]
+    if beyond := [layer for _, layer, _ in segments if layer >= layers]:
+        raise ImageError(
+            f"{path}: a segment lies in layer {beyond[0]}, and layers are 0 to {layers - 1}; save the "
+            "segmentation again"
+        )
+    masks = [(name, codes[layer] == code) for name, layer, code in segments]
     return CodedMap.of_segments(_grid(turned[0], path), masks, path)
 
 
-def segments_of(volume: sitk.Image) -> list[tuple[str, int, int]]:
-    """Name, layer and code of each segment that 3D Slicer wrote, in its order."""
+def segments_of(volume: sitk.Image, path: str | Path) -> list[tuple[str, int, int]]:
+    """Name, layer and code of each segment that 3D Slicer wrote, in its order.
+
+    Before Slicer 4.11 each segment was 1 in a layer of its own. Raises ImageError: a layer or code that is no
+    whole number, or that two segments have.
+    """
     keys = set(volume.GetMetaDataKeys())
+    numbers = sorted({int(match[1]) for key in keys if (match := SEGMENT.fullmatch(key))})
     found = []
-    for n in range(len(keys)):
-        if f"Segment{n}_LabelValue" not in keys:
-            break
-        of = {key: volume.GetMetaData(f"Segment{n}_{key}") for key in ("Name", "Layer", "LabelValue")
-              if f"Segment{n}_{key}" in keys}  # fmt: skip
-        found.append((of.get("Name", ""), int(of.get("Layer", 0)), int(of["LabelValue"])))
+    for place, n in enumerate(numbers):
+        of = {
+            key: volume.GetMetaData(f"Segment{n}_{key}")
+            for key in ("Name", "Layer", "LabelValue")
+            if f"Segment{n}_{key}" in keys
+        }
+        layer, code = of.get("Layer", "0" if "LabelValue" in of else str(place)), of.get("LabelValue", "1")
+        if not (layer.strip().isdecimal() and code.strip().isdecimal()):
+            raise ImageError(f"{path}: Segment{n} has no whole number as layer and code; save it again")
+        found.append((of.get("Name", ""), int(layer), int(code)))
+    if twice := repeated([each[1:] for each in found]):
+        raise ImageError(f"{path}: two segments have layer and code {twice[0]}; save the segmentation again")
     return found
 
 
@@ -218,10 +237,13 @@ def _whole(values: np.ndarray, path: str) -> np.ndarray:
     """Codes (nz, ny, nx) int32. Raises ImageError unless all values are whole ones, within ROUNDING."""
     if not np.isfinite(values).all():
         raise ImageError(f"{path} has values that are no numbers; export the label map again")
-    codes: np.ndarray = np.rint(values).astype(np.int32)
-    if not np.allclose(codes, values, rtol=0, atol=ROUNDING):
-        low, high = float(values.min()), float(values.max())
+    whole = values if np.issubdtype(values.dtype, np.integer) else np.rint(values)
+    low, high = float(values.min()), float(values.max())
+    if not np.allclose(whole, values, rtol=0, atol=ROUNDING):
         raise ImageError(
             f"{path} has values from {low:g} to {high:g} that are no whole numbers: is it an image?"
         )
+    if low < LARGEST.min or high > LARGEST.max:
+        raise ImageError(f"{path} has codes from {low:g} to {high:g}; give codes of at most 32 bits")
+    codes: np.ndarray = whole.astype(np.int32)
     return codes

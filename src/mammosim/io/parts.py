@@ -43,6 +43,22 @@ def _detached(header: Path) -> list[str]:
     return [str(file) for file in files if file.is_file()]
 
 
+def recorded(files: Iterable[str]) -> list[str]:
+    """The files that a workflow can record by their names; the others it knows by `heads` alone.
+
+    Snakemake takes braces for wildcards, and ends where a name is no UTF-8 or has a line break.
+    """
+    return [file for file in files if _is_utf8(file) and not set(file) & set("{}\r\n")]
+
+
+def _is_utf8(name: str) -> bool:
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def heads(files: Iterable[str]) -> str:
     """16 hex digits of the sizes and the first bytes of files, in their order: other images have others.
 

@@ -16,14 +16,13 @@ import SimpleITK as sitk
 from mammosim.core.errors import SegmentationError
 from mammosim.core.labels import Label
 from mammosim.io.given import given_table, numbers
-from mammosim.io.images import grid_of, itk_volume, read_labels, whole_volume
+from mammosim.io.images import ENDINGS, grid_of, itk_volume, read_labels, whole_volume
 from mammosim.io.label_codes import meaning_of
 from mammosim.io.label_maps import segments_of
 from mammosim.io.missing import require_there
 
 AXES = ("x_mm", "y_mm", "z_mm")
 COLUMNS = (*AXES, "tissue")
-MAPS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
 # What can be painted; a lesion is put into the phantom, and none of the tissues that are learnt.
 TISSUES = tuple(label.tissue for label in Label if label is not Label.LESION)
 # ASSUME: of a tissue that was painted over whole regions, so many voxels say what all of them do.
@@ -43,9 +42,11 @@ def read_strokes(path: str | Path) -> pd.DataFrame:
     require_there(path)
     if path.suffix.lower() == ".csv":
         return _from_table(path)
-    if path.name.lower().endswith(MAPS):
+    if path.name.lower().endswith(ENDINGS):
         return _from_map(path)
-    raise SegmentationError(f"{path}: unknown format {path.suffix!r}; choose one of: .csv, {', '.join(MAPS)}")
+    raise SegmentationError(
+        f"{path}: unknown format {path.suffix!r}; choose one of: .csv, {', '.join(ENDINGS)}"
+    )
 
 
 def _from_table(path: Path) -> pd.DataFrame:
@@ -86,7 +87,7 @@ def _from_map(path: Path) -> pd.DataFrame:
 def _painted(path: Path) -> Iterator[tuple[str, np.ndarray]]:
     """Each tissue that is painted, with points (n, 3) mm of its voxels."""
     volume = whole_volume(path)
-    names = {(layer, code): meaning_of(name) for name, layer, code in segments_of(volume)}
+    names = {(layer, code): meaning_of(name) for name, layer, code in segments_of(volume, path)}
     for number, labels in enumerate(_layers(path, volume)):
         values = sitk.GetArrayViewFromImage(labels)
         for value in np.unique(values[values != 0]).tolist():

@@ -10,7 +10,8 @@ from tiny_woman import tiny_image, tiny_labels
 from mammosim.core.errors import ImageError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, LabelMap
-from mammosim.imaging.plausible_labels import require_drawn_in
+from mammosim.imaging.plausible_labels import FAR_MM, _Compared, _Fit, require_drawn_in
+from mammosim.imaging.plausible_points import Skin
 
 
 def moved(labels: LabelMap, shift: list[float]) -> LabelMap:
@@ -124,3 +125,19 @@ def test_labels_that_lie_in_the_body_and_off_its_skin_are_rejected():
         ImageError, match=r"^\d+ % of the front of the labelled tissue lie within .* of one posi"
     ):
         require_drawn_in(LabelMap(small, labels.values), tiny_image(labels))
+
+
+def test_labels_lie_elsewhere_only_where_skin_and_brightness_fit_half_as_well_again():
+    given = _Fit(d=6.0, R2=0.3)
+    assert _Fit(d=3.9, R2=0.46).is_where(given)
+    assert not _Fit(d=4.1, R2=0.46).is_where(given)
+    assert not _Fit(d=3.9, R2=0.44).is_where(given)
+
+
+def test_what_is_far_from_the_skin_counts_as_far_and_no_more():
+    """A sheet before the breasts, 75 mm in front of the chest: most of it is farther off than what counts."""
+    labels = uneven()
+    image, values = tiny_image(labels), np.zeros_like(labels.values)
+    values[:, 0] = Label.ADIPOSE
+    found = _Compared.of(replace(labels, values=values), image, Skin.of(image)).fit(lambda points, _: points)
+    assert found.d <= FAR_MM

@@ -98,6 +98,26 @@ def test_one_point_in_the_air_under_the_skin_or_outside_is_named(chest, marked):
             require_plausible(changed(marked, nipple_left=place), chest.image)
 
 
+def first_off(chest, away: float, *, x: float, z: float) -> np.ndarray:
+    """In front of the skin at x, z, the first place that is so far from it, mm."""
+    ahead = np.array([[x, y, z] for y in np.arange(0.0, -100.0, -0.25)])
+    return ahead[np.argmax(Skin.of(chest.image).at(ahead) > away)]
+
+
+def test_a_point_may_be_8_mm_and_half_a_voxel_off_the_skin(chest, marked):
+    require_plausible(changed(marked, nipple_left=first_off(chest, 9.0, x=65, z=0)), chest.image)
+    with pytest.raises(FiducialError, match="nipple_left is 11 mm from the skin, in the air"):
+        require_plausible(changed(marked, nipple_left=first_off(chest, 10.5, x=65, z=0)), chest.image)
+
+
+def test_points_that_span_one_axis_alone_are_in_metres_as_others_are(chest):
+    points = np.array([first_off(chest, 0.0, x=0, z=z) for z in (-40, 40)])
+    listed = Fiducials(("chest_1", "chest_2"), ("chest",) * 2, points)
+    require_plausible(listed, chest.image)
+    with pytest.raises(FiducialError, match="multiplied by 1000, 2 of 2 lie on it: given in metres"):
+        require_plausible(changed(listed, lambda p: p / 1000), chest.image)
+
+
 def test_a_list_of_another_position_is_suspected_where_the_breasts_differ_and_the_chest_does_not(
     chest, marked
 ):

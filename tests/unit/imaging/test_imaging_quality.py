@@ -7,7 +7,13 @@ from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, Image, grid_around
 from mammosim.imaging.outline import body_mask
-from mammosim.imaging.quality import image_quality, require_usable, shows_one_breast
+from mammosim.imaging.quality import (
+    image_quality,
+    position_seen,
+    require_intensities,
+    require_usable,
+    shows_one_breast,
+)
 
 PRONE, SUPINE = np.array([0.0, -1.0, 0.0]), np.array([0.0, 1.0, 0.0])
 
@@ -190,3 +196,21 @@ def test_an_image_in_another_unit_is_rejected(factor, guess) -> None:
     grid = Grid(image.grid.shape, image.grid.spacing * factor, image.grid.origin * factor)
     with pytest.raises(ImageError, match=rf"mm large.*{guess}.* 80 to 1000 mm wide or deep; export it in mm"):
         judge(Image(grid, image.values), "prone")
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_one_breast_that_hangs_tells_how_she_lay_on_either_side(mirrored) -> None:
+    """As after a mastectomy: a chest 300 mm wide, and on one side 75 mm of breast, 50 mm wide."""
+    body = np.zeros((10, 40, 60), bool)
+    body[:, 25:], body[:, 10:25, 40:50] = True, True
+    assert position_seen(body[..., ::-1] if mirrored else body, np.full(3, 5.0)) == "prone"
+
+
+def test_an_image_of_one_value_is_no_map_of_labels() -> None:
+    """It has no body, which is said elsewhere; two values are a map."""
+    grid = Grid((4, 4, 4), np.full(3, 50.0), np.zeros(3))
+    values = np.full(grid.shape, 7.0, np.float32)
+    require_intensities(Image(grid, values))
+    values[0] = 8.0
+    with pytest.raises(ImageError, match="it has 2 values, from 7 to 8, as a map of labels"):
+        require_intensities(Image(grid, values))

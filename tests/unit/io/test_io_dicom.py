@@ -94,6 +94,18 @@ def test_slices_of_philips_are_on_one_scale(tmp_path: Path) -> None:
     assert f"by up to a factor of {1 / otherwise:.3g}: check" in series.notes[0]
 
 
+def test_an_intercept_of_philips_is_on_the_same_scale(tmp_path: Path) -> None:
+    """The display P slope + intercept over slope times scale slope: here S + 3 in all slices."""
+
+    def philips(k: int, dataset: Dataset) -> None:
+        slope, scale = 0.5 + 0.1 * k, 2.0 + k
+        dataset.RescaleSlope, dataset.RescaleIntercept = f"{slope:.2f}", f"{3 * slope * scale:.6f}"
+        dataset.PixelData = (VALUES[k] * (2 + k)).astype(np.uint16).tobytes()
+        dataset.private_block(0x2005, "Philips MR Imaging DD 001", create=True).add_new(0x0E, "FL", scale)
+
+    np.testing.assert_allclose(read_series(write(tmp_path, philips)).image.values, VALUES + 3.0, rtol=1e-5)
+
+
 def test_philips_whose_display_is_on_the_same_scale_needs_no_look(tmp_path: Path) -> None:
     def philips(k: int, dataset: Dataset) -> None:
         scale = 2.0**k
@@ -127,6 +139,37 @@ def test_what_was_not_scanned_is_air(tmp_path: Path, padding: int, limit: int | 
     expected = np.concatenate([np.full_like(VALUES[:, :, :1], darkest, float), scanned], axis=2)
     np.testing.assert_array_equal(series.image.values, expected - darkest)
     assert any("PixelPaddingValue" in note for note in series.notes)
+
+
+def test_padding_may_be_stated_without_its_sign(tmp_path: Path) -> None:
+    """-2000 of 16 bits as 63536, by writers that take all values of padding as unsigned."""
+
+    def padded(k: int, dataset: Dataset) -> None:
+        values = VALUES[k].astype(np.int16)
+        values[0, 0] = -2000
+        dataset.PixelRepresentation, dataset.PixelData = 1, values.tobytes()
+        dataset.add_new("PixelPaddingValue", "US", 63536)
+
+    found = read_series(write(tmp_path, padded)).image.values
+    assert np.all(found[:, 0, 0] == 0)
+    np.testing.assert_array_equal(found[:, 1:], VALUES[:, 1:])
+
+
+def test_bits_that_are_not_stored_do_not_count(tmp_path: Path) -> None:
+    """12 bits of 16: old overlays lie in the others, and the sign is that of the twelfth."""
+
+    def overlaid(k: int, dataset: Dataset) -> None:
+        dataset.BitsStored, dataset.HighBit = 12, 11
+        dataset.PixelData = (VALUES[k] | 0x8000).tobytes()
+
+    def signed(k: int, dataset: Dataset) -> None:
+        dataset.BitsStored, dataset.HighBit, dataset.PixelRepresentation = 12, 11, 1
+        dataset.PixelData = ((VALUES[k].astype(int) - 500) & 0xFFF).astype(np.uint16).tobytes()
+        dataset.RescaleSlope, dataset.RescaleIntercept = 1, 500
+
+    for change in (overlaid, signed):
+        series = read_series(write(tmp_path / change.__name__, change))
+        np.testing.assert_array_equal(series.image.values, VALUES)
 
 
 def test_without_the_scale_of_every_slice_philips_is_as_others(tmp_path: Path) -> None:

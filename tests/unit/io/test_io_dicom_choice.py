@@ -187,6 +187,15 @@ def test_a_copy_that_differs_is_rejected(tmp_path: Path) -> None:
         read_series(tmp_path)
 
 
+def test_slices_of_one_identifier_are_told_apart_by_their_places(tmp_path: Path) -> None:
+    """As some programs that take names out leave them."""
+
+    def one(k: int, dataset: Dataset) -> None:
+        dataset.SOPInstanceUID = uid("one")
+
+    np.testing.assert_array_equal(read_series(write(tmp_path, one)).image.values, VALUES)
+
+
 def test_a_localiser_of_the_same_series_is_named(tmp_path: Path) -> None:
     write(tmp_path)
     other = slice_of(0)

@@ -1,6 +1,7 @@
 """Series in folders and zips, and files of them that are damaged."""
 
 import io
+import os
 import re
 import shutil
 import zipfile
@@ -53,6 +54,27 @@ def test_a_zip_in_a_folder_and_in_a_zip_is_read(tmp_path: Path) -> None:
 def _zip_one(file: Path, path: Path) -> None:
     with zipfile.ZipFile(path, "w") as archive:
         archive.write(file, file.name)
+
+
+def test_names_in_another_encoding_are_read_and_can_be_written(tmp_path: Path) -> None:
+    folder = write(tmp_path / "a")
+    for file in sorted(folder.iterdir()):
+        os.rename(file, os.path.join(os.fsencode(folder), b"br\xfcst" + os.fsencode(file.name)))
+    np.testing.assert_array_equal(read_series(folder).image.values, VALUES)
+    cut = os.path.join(os.fsencode(folder), b"br\xfcst6.dcm")
+    os.truncate(cut, 600)
+    with pytest.raises(ImageError, match=r"br.st6\.dcm is cut short") as caught:
+        read_series(folder)
+    str(caught.value).encode("utf-8")
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_an_image_file_in_the_place_of_a_series_is_named(tmp_path: Path, packed: bool) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/scan.nii.gz").write_bytes(b"x")
+    path = _zip(tmp_path / "a", tmp_path / "a.zip") if packed else tmp_path / "a"
+    with pytest.raises(ImageError, match=r"has 0 DICOM slices .* of a series, or scan\.nii\.gz itself$"):
+        read_series(path)
 
 
 def test_a_file_in_a_zip_is_named(tmp_path: Path) -> None:

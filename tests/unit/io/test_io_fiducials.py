@@ -39,6 +39,30 @@ def test_slicer_ras_becomes_lps(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("markups", "message"),
+    [
+        ([{"type": "Fiducial"}], "lists no point"),
+        ([{"controlPoints": None}], "lists no point"),
+        ([None], "is not a point list as 3D Slicer writes it; export it again$"),
+        ("none", "is not a point list as 3D Slicer writes it; export it again$"),
+        ([{"controlPoints": [None]}], "is not a point list as 3D Slicer writes it; export it again$"),
+        (
+            [{"controlPoints": [{"label": "chest_1", "position": [[1], [2], [3]]}]}],
+            "chest_1 has no three finite numbers in mm; mark it again$",
+        ),
+        (
+            [{"controlPoints": [{"label": "chest_1", "position": ["one", 2, 3]}]}],
+            "chest_1 has no three finite numbers in mm; mark it again$",
+        ),
+    ],
+)
+def test_markups_of_another_shape_are_named_in_words(tmp_path: Path, markups: object, message: str) -> None:
+    (tmp_path / "list.mrk.json").write_text(json.dumps({"markups": markups}))
+    with pytest.raises(FiducialError, match=rf"list\.mrk\.json:? {message}"):
+        read_fiducials(tmp_path / "list.mrk.json")
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("name,kind,x_mm,y_mm\na,chest,1,2\n", "lacks z_mm; its header must be"),

@@ -50,6 +50,45 @@ def test_the_file_of_the_voxels_may_have_a_name_with_blanks(tmp_path, name):
     np.testing.assert_array_equal(read_image(path).values, VALUES)
 
 
+def test_without_the_size_of_what_is_packed_a_file_is_not_read(tmp_path):
+    """MetaIO leaves such voxels as the memory was, and says nothing."""
+    path = written(tmp_path, "a.mha", True)
+    data = path.read_bytes()
+    start, end = data.index(b"CompressedDataSize"), data.index(b"\n", data.index(b"CompressedDataSize")) + 1
+    for line, words in ((b"", "states none"), (b"CompressedDataSize = 100\n", "states 100")):
+        path.write_bytes(data[:start] + line + data[end:])
+        with pytest.raises(ImageError, match=rf"a\.mha: \d+ packed bytes .* its CompressedDataSize {words}"):
+            read_image(path)
+
+
+@pytest.mark.parametrize("true", [b"T", b"1", b"true"])
+def test_true_may_be_written_shortly(tmp_path, true):
+    path = written(tmp_path, "a.mha", True)
+    path.write_bytes(path.read_bytes().replace(b"CompressedData = True", b"CompressedData = " + true))
+    np.testing.assert_array_equal(read_image(path).values, VALUES)
+
+
+def test_directions_may_have_blanks_between_their_numbers(tmp_path):
+    path = written(tmp_path, "a.nrrd", False)
+    head, voxels = path.read_bytes().split(b"\n\n", 1)
+    lines = [
+        line.replace(b",", b",  ") if line.startswith(b"space directions") else line
+        for line in head.split(b"\n")
+    ]
+    path.write_bytes(b"\n".join(lines) + b"\n\n" + voxels)
+    np.testing.assert_allclose(read_image(path).grid.centres(), GRID.centres(), atol=1e-5)
+
+
+def test_no_axis_with_a_direction_is_no_orientation(tmp_path):
+    """ITK takes voxels of 1 mm along the axes of the patient then."""
+    path = written(tmp_path, "a.nrrd", False)
+    data = path.read_bytes()
+    start, end = data.index(b"space directions"), data.index(b"\n", data.index(b"space directions"))
+    path.write_bytes(data[:start] + b"space directions: none none none" + data[end:])
+    with pytest.raises(ImageError, match=r"a\.nrrd states no orientation: its space directions are not 3"):
+        read_image(path)
+
+
 @pytest.mark.parametrize("names", ["a%d.raw 1 20 1", "LIST"])
 def test_voxels_in_several_files_are_rejected(tmp_path, names):
     path = written(tmp_path, "a.nhdr", False)
@@ -87,6 +126,21 @@ def test_a_header_without_its_voxels_is_named(tmp_path, name):
         read_image(path)
 
 
+def test_a_list_of_slices_is_named_as_what_it_is(tmp_path):
+    path = written(tmp_path, "a.mhd", False)
+    path.write_text(path.read_text().replace("a.raw", "LIST 2\na.raw"))
+    with pytest.raises(ImageError, match=r"a\.mhd: voxels as text, in several files"):
+        read_image(path)
+
+
+def test_what_itk_says_has_no_place_in_its_code(tmp_path):
+    path = written(tmp_path, "a.nrrd", False)
+    path.write_bytes(path.read_bytes().replace(b"endian: little\n", b""))
+    with pytest.raises(ImageError, match=r"a\.nrrd is not a readable image; .*endian") as caught:
+        read_image(path)
+    assert not any(word in str(caught.value) for word in (".cxx", "0x", "SimpleITK"))
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new", "message"),
     [
@@ -102,8 +156,13 @@ def test_a_header_without_its_voxels_is_named(tmp_path, name):
         ("a.mha", b"Offset = -5 6 7", b"Offset = -5,0 6 7", "Offset must be 3 finite numbers"),
         ("a.mha", b"Offset = -5 6 7", b"Position = -5 6", "Position must be 3 finite numbers"),
         ("a.mha", b"TransformMatrix", b"Comment", "states no orientation: it has no TransformMatrix"),
-        ("a.mha", b"ElementType = MET_SHORT\n", b"", "its header has no 'elementtype'"),
+        ("a.mha", b"ElementType = MET_SHORT\n", b"", "its header has no 'ElementType'"),
         ("a.mha", b"BinaryData = True", b"BinaryData = False", "voxels as text"),
+        ("a.mha", b"ElementSpacing =", b"elementspacing =", "no voxel size: it has no ElementSpacing"),
+        ("a.mha", b"TransformMatrix", b"transformmatrix", "states no orientation: it has no TransformMatrix"),
+        ("a.nrrd", b"space directions: ", b"spacings: 1 1.5 2\n# ", "its space directions are not 3 vectors"),
+        ("a.nrrd", b"space origin: (", b"space origin: (nan,", "space origin must be 3 finite numbers"),
+        ("a.nrrd", b"space origin: (-5", b"space origin: (inf", "space origin must be 3 finite numbers"),
     ],
 )  # fmt: skip
 def test_a_header_that_cannot_be_believed_is_rejected(tmp_path, name, old, new, message):

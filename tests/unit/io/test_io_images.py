@@ -1,5 +1,6 @@
 """Volumes keep their place in the patient, whatever way their axes run."""
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -67,3 +68,18 @@ def test_an_absent_or_broken_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "broken.nii.gz").write_text("no image")
     with pytest.raises(ImageError, match=r"broken\.nii\.gz is not a readable image"):
         read_image(tmp_path / "broken.nii.gz")
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("scan.tar.gz", b"\x1f\x8b", "scan.tar.gz is an archive; unpack it"),
+        ("scan.tgz", b"abcdefgh", "scan.tgz is an archive; unpack it"),
+        ("scan", b"PK\3\4 and more", "scan is an archive; unpack it"),
+        ("scan.nii.gz", b"version https://git-lfs.github.com/spec/v1\n", "is a pointer of git-lfs"),
+    ],
+)
+def test_what_is_no_image_is_told_what_it_is(tmp_path, name, data, message):
+    (tmp_path / name).write_bytes(gzip.compress(b"ada/1.dcm") if data == b"\x1f\x8b" else data)
+    with pytest.raises(ImageError, match=message):
+        read_image(tmp_path / name)

@@ -11,7 +11,8 @@ import SimpleITK as sitk
 from mammosim.core.errors import ConfigurationError, ImageError
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid
-from mammosim.io.label_codes import BREAST, IGNORE, fits, meaning_of, presets
+from mammosim.io.colours import write_slicer_colours, write_snap_labels
+from mammosim.io.label_codes import BREAST, IGNORE, explained, fits, meaning_of, presets
 from mammosim.io.label_maps import CodedMap, read_label_map, tissue_map
 
 DATA = Path(__file__).parents[3].parent / "shared/data"
@@ -214,6 +215,44 @@ def test_layers_are_turned_to_left_posterior_superior(tmp_path):
     assert (codes[0, -1, -1], codes[2, 0, 0], np.count_nonzero(codes)) == (1, 2, 2)
 
 
+def test_segments_of_slicer_before_4_11_have_layers_of_their_own(tmp_path):
+    layers = np.zeros((*SHAPE, 2), np.uint8)
+    layers[1, ..., 0] = layers[2, ..., 1] = 1
+    about = {"Segment0_ID": "a", "Segment0_Name": "Fat", "Segment1_ID": "b", "Segment1_Name": "Skin"}
+    found = tissue_map(read_label_map(written(tmp_path / "l.seg.nrrd", layers, **about)))
+    assert found.values[:, 0, 0].tolist() == [Label.AIR, Label.ADIPOSE, Label.SKIN]
+
+
+def test_segments_need_not_be_numbered_from_0(tmp_path):
+    values = np.full(SHAPE, 4, np.uint8)
+    about = {"Segment3_Name": "Fat", "Segment3_LabelValue": "4"}
+    found = tissue_map(read_label_map(written(tmp_path / "l.seg.nrrd", values, **about)))
+    assert np.all(found.values == Label.ADIPOSE)
+
+
+@pytest.mark.parametrize(
+    ("about", "words"),
+    [
+        ({"Segment1_LabelValue": "two"}, "Segment1 has no whole number as layer and code"),
+        ({"Segment1_Layer": "0.5"}, "Segment1 has no whole number as layer and code"),
+        ({"Segment1_Layer": "2"}, "a segment lies in layer 2, and layers are 0 to 1"),
+        ({"Segment1_Layer": "0"}, r"two segments have layer and code \(0, 1\)"),
+    ],
+)
+def test_no_segment_is_lost_without_a_word(tmp_path, about, words):
+    names = {f"Segment{n}_{key}": value for n in range(2)
+             for key, value in {"Name": "Fat", "LabelValue": "1", "Layer": str(n)}.items()}  # fmt: skip
+    layers = np.ones((*SHAPE, 2), np.uint8)
+    with pytest.raises(ImageError, match=rf"l\.seg\.nrrd: {words}"):
+        read_label_map(written(tmp_path / "l.seg.nrrd", layers, **names | about))
+
+
+@pytest.mark.parametrize("value", [2**31, -(2**31) - 1])
+def test_codes_beyond_32_bits_are_no_image(tmp_path, value):
+    with pytest.raises(ImageError, match=r"l\.nrrd has codes from .*; give codes of at most 32 bits"):
+        read_label_map(written(tmp_path / "l.nrrd", np.full(SHAPE, value, np.int64)))
+
+
 def test_segments_in_an_archive_keep_their_names(tmp_path):
     values = np.full(SHAPE, 7, np.uint8)
     written(tmp_path / "l.seg.nrrd", values, Segment0_Name="Fat", Segment0_LabelValue="7")
@@ -321,6 +360,68 @@ def test_a_label_description_file_of_itk_snap_explains_codes(tmp_path):
     file.write_text("1 fat\n")
     with pytest.raises(ConfigurationError, match=r"labels\.txt is no label description file of ITK-SNAP"):
         tissue_map(coded(0, 1), str(file))
+
+
+def test_a_wrong_line_of_a_label_description_is_named(tmp_path):
+    file = tmp_path / "labels.label"
+    lines = ['0 0 0 0 0 0 0 "Clear Label"', '1 255 0 0 1e-05 1 1 "Fat"', '2 0 255 0 1 1 1 "Skin']
+    file.write_text("\n".join(["", "  # by hand", *lines]))
+    with pytest.raises(ConfigurationError, match=r"labels\.label: line 5 is no label as the other lines are"):
+        tissue_map(coded(0, 1), str(file))
+    file.write_text("\n".join([*lines[:2], '1 0 255 0 1 1 1 "Skin"']))
+    with pytest.raises(ConfigurationError, match=r"labels\.label: code 1 has two names; give it one"):
+        tissue_map(coded(0, 1), str(file))
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        (
+            "l.ctbl",
+            "# Color table file l.ctbl\n0 Background 0 0 0 0\n7 Fat 255 0 0 255\n9 fat_tissue 0 9 0 255\n",
+        ),
+        ("l.txt", "7 left_fat 255 0 0 255\n9 adipose 0 9 0 255\n"),
+        (
+            "l.csv",
+            "LabelValue,Name,Color_R,Color_G,Color_B,Color_A\n7,Fat,255,0,0,255\n9,Left fat,0,9,0,255\n",
+        ),
+    ],
+)
+def test_a_colour_table_of_slicer_explains_codes(tmp_path, name, text):
+    """As Slicer writes it beside an exported label map: blanks in a name are _ in all but the .csv."""
+    (tmp_path / name).write_text(text)
+    found = tissue_map(coded(0, 7, 9), str(tmp_path / name)).values.ravel()[:3]
+    assert found.tolist() == [Label.AIR, Label.ADIPOSE, Label.ADIPOSE]
+
+
+def test_the_colour_tables_that_are_written_explain_what_is_written(tmp_path):
+    colours = dict.fromkeys(Label, "#102030")
+    write_slicer_colours(colours, tmp_path / "t.ctbl")
+    write_snap_labels(colours, tmp_path / "t.txt")
+    for name in ("t.ctbl", "t.txt"):
+        assert explained(str(tmp_path / name)) == presets()["mammosim"]
+
+
+def test_a_name_in_a_colour_table_is_not_shown(tmp_path):
+    (tmp_path / "l.csv").write_text("LabelValue,Name\n1,Jane Roe\n")
+    with pytest.raises(ImageError, match=r"the name of code 1 in .*l\.csv is of no tissue") as error:
+        tissue_map(coded(1), str(tmp_path / "l.csv"))
+    assert "Roe" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("labels", "words"),
+    [
+        ({"fat": 1, "skin": 1}, "code 1 has two names"),
+        ({"fat": 1.7}, "has no `labels` with a whole number each"),
+        ({"fat": True}, "has no `labels` with a whole number each"),
+        ({}, "has no `labels` with a whole number each"),
+    ],
+)
+def test_a_dataset_gives_each_code_one_name(tmp_path, labels, words):
+    (tmp_path / "dataset.json").write_text(json.dumps({"labels": labels}))
+    with pytest.raises(ConfigurationError, match=rf"dataset\.json:? {words}"):
+        tissue_map(coded(1), str(tmp_path / "dataset.json"))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from mammosim.io.parts import heads, parts
+from mammosim.io.parts import heads, parts, recorded
 
 
 @pytest.fixture
@@ -62,3 +62,17 @@ def test_another_image_has_another_digest_whatever_its_date_and_a_copy_the_same(
         assert heads(parts(str(series))) != before
     first.write_bytes(text)
     assert heads(parts(str(series))) == before
+
+
+@pytest.mark.parametrize("name", [b"br\xfcst.dcm", b"{v}.dcm", b"1\n.dcm"])
+def test_a_name_that_cannot_be_recorded_is_not_and_its_content_is_known(series, name):
+    """Snakemake writes names of inputs as UTF-8, a line each, and puts wildcards in the place of braces."""
+    other = os.path.join(os.fsencode(series), name)
+    os.rename(series / "1.dcm", other)
+    files = parts(str(series))
+    assert len(files) == 3
+    assert recorded(files) == [str(series / "2.dcm"), str(series / "deeper/3.dcm")]
+    before = heads(files)
+    with open(other, "ab") as file:
+        file.write(b"more")
+    assert heads(parts(str(series))) != before

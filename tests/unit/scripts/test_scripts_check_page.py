@@ -6,12 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 from tiny_woman import tiny_image, tiny_labels
 
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.labels import Label
 from mammosim.core.volume import Grid, LabelMap
-from mammosim.io.images import write_image, write_labels
+from mammosim.io.images import itk_volume, write_image, write_labels
 
 TOLD = {
     "planned": [("mesh", "")],
@@ -77,6 +78,14 @@ def test_how_the_files_were_read_stands_on_the_page(page, files):
     assert "; 1: adipose, " in text
     assert "her head towards larger z (S in the pictures)" in text
     assert "as the header&#39;s sform or qform says; a body whose ends look alike shows no exchange" in text
+
+
+def test_who_says_where_her_head_is_is_told_of_the_image_beside_labels(page, files, tmp_path):
+    image = itk_volume(files.labels.grid, tiny_image(files.labels).values)
+    sitk.WriteImage(image, str(tmp_path / "image.nrrd"))
+    text, stops = page({"labels": files.folder / "labels.nii.gz", "images": tmp_path / "image.nrrd"})
+    assert stops == []
+    assert "as the file&#39;s header says; a body" in text
 
 
 def test_labels_have_no_noise_and_an_image_has(page, files):

@@ -1,5 +1,7 @@
 """The page of one woman before a run: what was understood of her data, and what is planned."""
 
+import pytest
+
 from mammosim.study.report.pages import Picture, report
 from mammosim.study.report.women import Checked, checked_sections, verdict
 
@@ -51,3 +53,17 @@ def test_a_verdict_is_one_line_with_the_first_reason():
 def test_who_lacks_nothing_is_told_so():
     sections = checked_sections([PRONE], PLAN[:1], [], thickness="", waits=False)
     assert "Nothing: all that the study can do is planned for her." in report("ada", sections, numbers={})
+
+
+@pytest.mark.parametrize(
+    ("stops", "said"),
+    [
+        ([], "her data can be used"),
+        (["prone: a.nii:\n cut off"], "prone: a.nii: cut off"),
+        (["one", "two"], "one (2 reasons, this is the first)"),
+        (["one", "two", "three"], "one (3 reasons, this is the first)"),
+    ],
+)
+def test_a_verdict_is_one_line_with_the_first_reason_and_how_many_there_are(stops, said):
+    found = {"volunteer": "ada", "stops": stops, "waits": False}
+    assert verdict(found, "ada.html") == f"ada: {said}; see ada.html"
