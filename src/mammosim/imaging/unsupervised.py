@@ -24,9 +24,10 @@ from mammosim.imaging.fat_level import SHELL_MM, FatLevel, fat_level
 from mammosim.imaging.joint_level import joint_level
 from mammosim.imaging.muscle_faces import muscle_faces
 from mammosim.imaging.outline import SKIN_LEVEL, body_mask, coarsened, largest_part, spread_linearly
+from mammosim.imaging.skin_glow import skin_glow, skin_is_bright
 
 WALL_MM = 3.5  # voxels in which the chest wall is looked for, and the brightness of fat
-# ASSUME: skin is the outermost 1.5 mm, at least a voxel in the directions in which voxels are small.
+# ASSUME: skin is the outermost 1.5 mm, at least a voxel in the two directions of the smallest voxels.
 SKIN_MM = 1.5
 # ASSUME: no gland is 3 mm under the outer face of the skin or 2 mm before the muscle; strands are 1 mm wide.
 GLAND_DEPTH_MM, GLAND_BEFORE_MM, STRAND_MM = 3.0, 2.0, 1.0
@@ -41,8 +42,9 @@ LEAST_CONTRAST, SPREADS = 0.2, 2.0
 LEAST_GLAND_MM3 = 30.0
 # ASSUME: gland reaches no more than 45 mm behind the skin of the breastbone.
 GLAND_BEHIND_MM = 45.0
-# ASSUME: where fat is suppressed, bright skin begins at 30 % of the brightness nearby: the rest is its glow.
-BRIGHT_SKIN_LEVEL = 0.3
+# ASSUME: where gland is brighter than fat, skin begins at 30 % of the brightness nearby, and at half of it
+# where skin is bright, too: there a blurred edge is, and what is darker before it is the skin's glow in air.
+BESIDE_BRIGHT_LEVEL, BRIGHT_SKIN_LEVEL = 0.3, 0.5
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,11 @@ def unsupervised(image: Image, free: np.ndarray) -> tuple[np.ndarray, np.ndarray
     muscle = sign_of_muscle(seen)
     sign = 1 if muscle > 0 else fat.sign
     if sign > 0:
-        level = BRIGHT_SKIN_LEVEL
+        level = BESIDE_BRIGHT_LEVEL
         seen, fat = _looked_at(coarse, level, sign)
+        if skin_is_bright(*_under_skin(coarse, level, seen.rays, fat)):
+            level = BRIGHT_SKIN_LEVEL
+            seen, fat = _looked_at(coarse, level, sign)
     wall = chest_wall(seen, muscle)
     body = largest_part(body_mask(image, skin_level=level) & free)
     depth, rays = depth_under_skin(body, image.grid.spacing), seen.rays.on(image.grid)
@@ -90,6 +95,14 @@ def _looked_at(coarse: Image, skin_level: float, sign: int = 0) -> tuple[Seen, F
     depth = depth_under_skin(body, coarse.grid.spacing)
     fat = _fat(coarse, body, depth, rays, sign)
     return Seen.of(rays, _from_zero(coarse.values) / fat.level, depth), fat
+
+
+def _under_skin(coarse: Image, level: float, rays: Rays, fat: FatLevel) -> tuple[np.ndarray, np.ndarray]:
+    """Brightness (n,) relative to fat, and depth mm under the skin, in front of the breastbone."""
+    body = body_mask(coarse, skin_level=level)
+    depth = depth_under_skin(body, coarse.grid.spacing)
+    front = body & (np.arange(body.shape[1])[:, None] < rays.axis.midline[:, None, None])
+    return (_from_zero(coarse.values) / fat.level)[front], depth[front]
 
 
 def _fat(coarse: Image, body: np.ndarray, depth: np.ndarray, rays: Rays, sign: int) -> FatLevel:
@@ -135,6 +148,8 @@ def _gland(image: Image, regions: Regions, sign: int) -> np.ndarray:
     bright_skin = max(BRIGHT_SKIN_MM, 2.01 * float(spacing.min()))  # and the voxels that it fills in part
     where = breast & (regions.depth > (GLAND_DEPTH_MM if sign < 0 else bright_skin))
     smoothing_mm = DARK_FAT_SMOOTHING_MM if sign > 0 else STRAND_MM / 2
+    if sign > 0:
+        level *= skin_glow(even / level, under_skin, regions.depth, image.grid)
     differs = _averaged(sign * (I / level - 1), where, smoothing_mm / spacing)
     deep = where & (regions.depth > DEEP_MM)
     noise = _spread(differs[deep])
@@ -172,8 +187,8 @@ def _labels(regions: Regions, p: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 
 
 def outermost(depth: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-    """Skin (nz, ny, nx) bool of a depth mm: SKIN_MM, at least a voxel where voxels are small."""
-    return (depth > 0) & (depth <= max(SKIN_MM, 1.01 * float(spacing.min())))
+    """Skin (nz, ny, nx) bool of a depth mm: SKIN_MM, at least a voxel in two directions."""
+    return (depth > 0) & (depth <= max(SKIN_MM, 1.01 * float(np.median(spacing))))
 
 
 def _large_parts(region: np.ndarray, least: float) -> np.ndarray:
