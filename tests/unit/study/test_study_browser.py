@@ -56,8 +56,9 @@ def page_text() -> str:
     moved = pd.DataFrame({"side": "left", "thickness_mm": [60.0, 40.0], "dose_mgy": [4.0, 2.0]})
     wide = pd.DataFrame({f"a_long_name_{i}_mm": [1.0] * 3 for i in range(16)})
     sentence = "no step keeps the cells from inverting: the tissue may be too soft for the measured shape"
+    moduli = {f"modulus_{i}_kpa": [1.0, 3.0] for i in range(7)}
     reasons = pd.DataFrame(
-        {**{f"modulus_{i}_kpa": [1.0, 3.0] for i in range(7)}, "outcome": [sentence, "converged"]}
+        {"beam": ["W/Rh 0.05 mm 28 kVp"] * 2, **moduli, "outcome": [sentence, "converged"]}
     )
     explored = explorer(moved, Exploration("Dose.", "thickness_mm", ("dose_mgy",), ("side",)))
     sources = pd.DataFrame({"key": ["carter2009"], "author": ["Carter, Timothy John"]})
@@ -140,10 +141,12 @@ def test_a_table_of_5000_rows_is_paged_sorted_filtered_and_downloaded(read, tmp_
     assert pd.read_csv(tmp_path / "rows.csv").iloc[:, 0].tolist() == ["point 4321"]
 
 
-def test_sentences_in_a_table_stand_in_a_column_wide_enough_to_be_read(read):
+def test_sentences_have_a_column_wide_enough_and_short_labels_one_line(read):
     cell = read.locator("td", has_text="no step keeps").first
     assert cell.bounding_box()["width"] > 250
     assert cell.bounding_box()["height"] < 120
+    label = read.locator("td", has_text="W/Rh 0.05 mm 28 kVp").last
+    assert label.evaluate("each => getComputedStyle(each).whiteSpace") == "nowrap"
 
 
 def test_search_leads_to_texts_and_captions(read):

@@ -29,7 +29,7 @@ LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
 SHORT = 12  # rows of a table that is shown whole
-PROSE = 60  # letters of a cell that is a sentence
+PROSE, LABEL = 60, 30  # letters: more of a cell is a sentence, up to so many stay on one line
 KB, MB = 1e3, 1e6
 
 
@@ -87,12 +87,16 @@ class Listing:
 
     @property
     def kinds(self) -> list[str]:
-        """Of each column: number, prose where a cell is a sentence (it needs a width of its own), else ''."""
+        """Of each column: number, prose where a cell is a sentence, label where all are short, else ''.
+
+        A column of sentences needs a width of its own, labels stay on one line.
+        """
         kinds = []
         for place, column in enumerate(self.frame.columns):
             longest = max((len(row[place]) for row in self.rows), default=0)
             number = pd.api.types.is_numeric_dtype(self.frame[column])
-            kinds.append("number" if number else "prose" if longest > PROSE else "")
+            text = "prose" if longest > PROSE else "label" if longest <= LABEL else ""
+            kinds.append("number" if number else text)
         return kinds
 
     @property
