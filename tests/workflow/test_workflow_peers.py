@@ -1,5 +1,6 @@
 """The comparison with other programs: what is not installed is a row that says so, misprints are rejected."""
 
+import shlex
 import sys
 
 import pandas as pd
@@ -58,7 +59,7 @@ def xray(study, tmp_path_factory) -> pd.DataFrame:
     command = tmp_path_factory.mktemp("command") / "made.py"
     command.write_text(COMMAND)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MAMMOSIM_EGSNRC", f"{sys.executable} {command}")
+        patch.setenv("MAMMOSIM_EGSNRC", shlex.join([sys.executable, str(command)]))
         outcome = study.snakemake("results/study/peers_xray.csv")
     assert outcome.returncode == 0, outcome.stdout[-4000:]
     return pd.read_csv(study.run / "results/study/peers_xray.csv").set_index(["task", "program"])

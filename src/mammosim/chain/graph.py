@@ -12,8 +12,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from mammosim.core.errors import ConfigurationError, MammosimError
-from mammosim.io.missing import written
+from mammosim.core.errors import ConfigurationError, MammosimError, written
 
 log = logging.getLogger(__name__)
 PACKAGE = "mammosim.chain"

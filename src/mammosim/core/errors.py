@@ -1,5 +1,7 @@
 """One family of exceptions. Each message names the value, its limits and the next step."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -92,3 +94,17 @@ class DamagedTransform(DamagedFile, ImageError):
 
 class MissingResult(MammosimError):
     """A result that an earlier stage could not give; the message is what that stage said."""
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """Within it files are read that rules of the study wrote.
+
+    Raises MissingResult as they say, and DamagedFile for one that cannot be read.
+    """
+    try:
+        yield
+    except (ConfigurationError, DamagedFile, MissingResult):
+        raise
+    except MammosimError as error:
+        raise DamagedFile(str(error)) from error

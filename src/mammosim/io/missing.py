@@ -5,20 +5,12 @@ file is the JSON object {"missing": reason}. Whoever reads such a file gets Miss
 """
 
 import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
-from mammosim.core.errors import (
-    ConfigurationError,
-    DamagedFile,
-    DamagedTable,
-    MammosimError,
-    MissingResult,
-    TableError,
-)
+from mammosim.core.errors import DamagedTable, MissingResult, TableError
 from mammosim.io.atomic import replacing
 
 PREFIX = "missing: "
@@ -57,20 +49,6 @@ def require_there(path: str | Path) -> None:
             f"({' '.join(str(error).split())}); {AGAIN}"
         ) from None
     raise MissingResult(str(reason))
-
-
-@contextmanager
-def written() -> Iterator[None]:
-    """Within it files are read that rules of the study wrote.
-
-    Raises MissingResult as they say, and DamagedFile for one that cannot be read.
-    """
-    try:
-        yield
-    except (ConfigurationError, DamagedFile, MissingResult):
-        raise
-    except MammosimError as error:
-        raise DamagedFile(str(error)) from error
 
 
 def missing_rows(table: pd.DataFrame) -> pd.Series:

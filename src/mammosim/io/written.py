@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from mammosim.core.errors import written
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.volume import Image, LabelMap
 from mammosim.io import fiducials, images
-from mammosim.io.missing import written
 
 
 def read_image(path: str | Path) -> Image:

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.core.errors import DamagedFile, MeshError, MissingResult, TableError
+from mammosim.core.errors import DamagedFile, MeshError, MissingResult, TableError, written
 from mammosim.core.fiducials import Fiducials
 from mammosim.core.rigid import IDENTITY
 from mammosim.core.volume import Grid, Image, LabelMap
 from mammosim.io import fiducials, images
 from mammosim.io.meshes import read_mesh, read_mesh_arrays, write_mesh, write_mesh_arrays
-from mammosim.io.missing import write_missing, written
+from mammosim.io.missing import write_missing
 from mammosim.io.tables import read_json, read_table, write_json, write_table
 from mammosim.io.transforms import read_transform, write_transform
 from mammosim.io.written import read_fiducials, read_image, read_labels
