@@ -119,7 +119,12 @@ def test_errors_of_both_images_widen_a_change():
 
 
 @pytest.mark.parametrize(
-    ("quantity", "numerical"), [(DOSE, Numerical(contrast=0.0)), (MASS, Numerical(dose=0.0))]
+    ("quantity", "numerical"),
+    [
+        (DOSE, Numerical(contrast=0.0, calcification=0.0)),
+        (MASS, Numerical(dose=0.0, calcification=0.0)),
+        (CALCIFICATIONS, Numerical(dose=0.0, contrast=0.0)),
+    ],
 )
 def test_without_a_measured_numerical_error_an_interval_says_what_it_holds_and_nothing_is_certain(
     quantity, numerical
@@ -131,11 +136,20 @@ def test_without_a_measured_numerical_error_an_interval_says_what_it_holds_and_n
     costs, found = asked(given, numerical)
     row = cost(costs, "gentle", quantity)
     assert not row.complete
-    assert row.interval_from == {DOSE: "photons", MASS: "pixels"}[quantity]
+    assert (
+        row.interval_from
+        == {
+            **{DOSE: "photons", MASS: "pixels"},
+            CALCIFICATIONS: "the observer's images",
+        }[quantity]
+    )
     assert (row.costs, found.verdict, found.less) == (MAY, MAY, "")
     assert np.isnan(found.certain_mm)
     assert found.possible_mm == 55.0
-    assert "nothing is certain" in sentence(found, costs, LIMITS)
+    words = sentence(found, costs, LIMITS)
+    assert f"to about {found.possible_mm:.1f} mm (" in words
+    assert "at most" not in words, "by an interval that lacks an error nothing is an upper bound"
+    assert "not every numerical error was measured, and nothing is certain" in words
     dear = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 4.0)])
     _, found = asked(dear, numerical)
     assert found.verdict == MORE
@@ -311,7 +325,7 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     costs, found = asked(given)
     assert np.isnan(found.certain_mm)
     assert np.log(1.2) * slow((found.possible_mm - 50) / 5) == pytest.approx(np.log(1.05))
-    assert "not every loss and its error are known" in sentence(found, costs, LIMITS)
+    assert "not every loss is known, and nothing is certain" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
 

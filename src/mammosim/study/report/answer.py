@@ -39,7 +39,6 @@ STRATEGIES, BETWEEN = "strategies", "interpolation"
 class Reach:
     """How far one loss allows, as its intervals have it: `certain` at least, `possible` at most, mm.
 
-
     by: STRATEGIES, where nothing is taken in between, or BETWEEN; ended: whether a limit is the end, and not
     the thickest that was computed; complete: whether the intervals hold every error of a change. NaN: nothing
     is known.
@@ -109,7 +108,8 @@ class Answer:
 
     verdict: LESS, MAY or MORE of what a strategy that was computed costs at best, or UNKNOWN; certain,
     possible: Reach of all losses together, certain NaN where one of them, or its error, is not known;
-    decides: the quantity that ends it; less, may_be_less, more, not_known: names of the strategies by what
+    complete: whether possible holds every error of the losses that are known; decides: the quantity that
+    ends it; less, may_be_less, more, not_known: names of the strategies by what
     they cost; shown: the one that is told; why: what is lacking for an answer.
     """
 
@@ -124,6 +124,7 @@ class Answer:
     certain_n: float = float("nan")
     possible_mm: float = float("nan")
     possible_n: float = float("nan")
+    complete: bool = True
     decides: str = ""
     by: str = ""
     ended: bool = False
@@ -211,13 +212,14 @@ def _together(ends: Mapping[str, Reach], breast: PressedBreast) -> dict[str, Any
         return {}
     decides = min(known, key=lambda quantity: (known[quantity].certain, known[quantity].possible))
     possible = min(end.possible for end in known.values())
-    sure = len(known) == len(ends) and all(end.complete for end in known.values())
-    certain = known[decides].certain if sure else float("nan")
+    complete = all(end.complete for end in known.values())
+    certain = known[decides].certain if complete and len(known) == len(ends) else float("nan")
     return {
         "certain_mm": certain,
         "certain_n": breast.at(UNDER_GRAVITY, FORCE, certain),
         "possible_mm": possible,
         "possible_n": breast.at(UNDER_GRAVITY, FORCE, possible),
+        "complete": complete,
         "decides": decides if known[decides].ended else "",
         "by": known[decides].by,
         "ended": known[decides].ended,

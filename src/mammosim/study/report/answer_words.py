@@ -60,8 +60,10 @@ def _head(a: Answer, limits: LossLimits) -> str:
         return f"**{who}: it cannot be said how far compression can be reduced**: {why}."
     begin, cost = f"**{who}: thickness may rise from {a.standard_mm:.1f} to", loss_words(limits)
     if not np.isfinite(a.certain_mm):
-        end = f"{a.possible_mm:.1f} mm at most{_force(a, a.possible_n)}**"
-        why = "not every loss and its error are known, and nothing is certain"
+        about, most = ("", " at most") if a.complete else ("about ", "")
+        end = f"{about}{a.possible_mm:.1f} mm{most}{_force(a, a.possible_n)}**"
+        why = "not every loss is known" if a.complete else "not every numerical error was measured"
+        why += ", and nothing is certain"
         return f"{begin} {end} before it costs {cost}; {why}."
     if not a.ended:
         end = f"{a.certain_mm:.1f} mm at least{_force(a, a.certain_n)}**"

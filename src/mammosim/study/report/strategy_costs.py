@@ -75,7 +75,8 @@ def strategy_costs(
 
     level: whether the plates stayed parallel; low, high: the interval of the value, and interval_from: what
     it holds, both empty where none is known; complete: whether it holds every error of a change; costs:
-    LESS, MAY, MORE or UNKNOWN against the limits, '' of what has none and of the standard.
+    LESS, MAY, MORE or UNKNOWN against the limits, '' of what has none and of the standard. By an interval
+    that is not complete nothing is LESS, and what is MORE is so by the errors that are known.
     """
     rows = [
         {"volunteer": volunteer, "side": side, **row}
@@ -197,7 +198,7 @@ def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
         CALCIFICATIONS: rows.calcification_d_expected.astype(float),
         f"{CALCIFICATIONS}_half": n.calcification / 100 if calcification else told.astype(float),
         f"{CALCIFICATIONS}_from": "voxels, rays, scatter" if calcification else "the observer's images",
-        f"{CALCIFICATIONS}_complete": True,
+        f"{CALCIFICATIONS}_complete": calcification,
     })  # fmt: skip
 
 
