@@ -51,9 +51,9 @@ class Compression:
     yields), force_n (of the skin on the paddle along the axis), support_force_n, chest_force_n (on the body
     by held nodes, chest wall and weight, so that the first is the sum of the others), contact_area_mm2 and
     mean_pressure_kpa of the paddle, peak_pressure_kpa (largest mean of a face over its part in contact),
-    penalty_kpa_per_mm, penetration_mm, tilt_deg, deflection_mm (largest of the paddle's face), energy_uj (of
-    body, contact and paddle), dissipated_uj (by friction), smallest_J, iterations (of Newton), seconds,
-    work_uj (of the plates, by trapezoids).
+    penalty_kpa_per_mm, penetration_mm, tilt_deg, deflection_mm (largest of the faces from flat ones),
+    energy_uj (of body, contact, cushions and paddle), dissipated_uj (by friction), smallest_J, iterations (of
+    Newton), seconds, work_uj (of the plates, by trapezoids).
     """
 
     points: np.ndarray

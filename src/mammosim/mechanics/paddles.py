@@ -293,7 +293,9 @@ class Plates:
         for rise, side, cushion in zip(rises, (1, -1), self.cushions):
             skin = side * y[:, 2] - thickness_mm / 2
             rise = np.where(under & np.isnan(rise), skin, rise)
-            found.append(float(np.nanmax(rise if cushion is None else np.maximum(rise, skin))))
+            if cushion is not None:
+                rise = np.where((skin > rise) & (skin < rise + cushion.thickness_mm), skin, rise)
+            found.append(float(np.nanmax(rise)))
         return found[0], found[1]
 
     def require_possible(self, thickness_mm: float | None = None) -> None:
@@ -333,7 +335,7 @@ class Plates:
         return grids
 
     def deflection_mm(self, q: np.ndarray) -> float:
-        """How far the paddle's face has yielded at most with unknowns q (m,), mm."""
+        """How far the faces are from flat and level ones at most, with unknowns q (m,) of the paddle, mm."""
         y, box = self._grid(), self._level
-        yielded = self.paddle.rise(y, box, q) - self.paddle.rise(y, box, self.at_rest)
-        return float(np.nanmax(np.abs(yielded)))
+        rises = self.paddle.rise(y, box, q), self.support.rise(y, box, np.zeros(0))
+        return float(np.nanmax(np.abs(rises)))
