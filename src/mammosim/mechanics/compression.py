@@ -87,8 +87,15 @@ class Compression:
         return np.where(away < reach, yielded[nearest], 0.0)
 
     def room(self, points: np.ndarray) -> tuple[float, float]:
-        """How far paddle and support are beyond flat ones over points (n, 3) of the skin, see Plates.room."""
-        return self.between.room(points, self.stages[-1].thickness, self.stages[-1].q)
+        """How far paddle and support are beyond flat ones over points (n, 3) of the skin at most, mm.
+
+        See Plates.room; cushions yield as far as anywhere.
+        """
+        room = self.between.room(points, self.stages[-1].thickness, self.stages[-1].q)
+        paddle, support = (
+            float(contact.indentation(self.points)[1].max(initial=0.0)) for contact in self.plates
+        )
+        return room[0] + paddle, room[1] + support
 
 
 def compress(

@@ -285,18 +285,15 @@ class Plates:
     def room(self, points: np.ndarray, thickness_mm: float, q: np.ndarray) -> tuple[float, float]:
         """How far paddle and support are beyond flat ones over points (n, 3) of the skin at most, mm.
 
-        thickness_mm, q (m,): as in `gap`. Beside a smaller plate, and in a cushion, the skin itself counts.
+        thickness_mm, q (m,): as in `gap`. Beside a smaller plate the skin itself counts.
         """
-        y, rises = self._rises(points, q)
+        y, (paddle, support) = self._rises(points, q)
         under = np.all(np.abs(y[:, :2]) <= self.half_sizes[:2], axis=1)
-        found = []
-        for rise, side, cushion in zip(rises, (1, -1), self.cushions):
-            skin = side * y[:, 2] - thickness_mm / 2
-            rise = np.where(under & np.isnan(rise), skin, rise)
-            if cushion is not None:
-                rise = np.where((skin > rise) & (skin < rise + cushion.thickness_mm), skin, rise)
-            found.append(float(np.nanmax(rise)))
-        return found[0], found[1]
+        above, below = (side * y[:, 2] - thickness_mm / 2 for side in (1, -1))
+        paddle, support = (
+            np.where(under & np.isnan(rise), skin, rise) for rise, skin in ((paddle, above), (support, below))
+        )
+        return float(np.nanmax(paddle)), float(np.nanmax(support))
 
     def require_possible(self, thickness_mm: float | None = None) -> None:
         """Raise MechanicsError where a face comes back on itself, or plates thickness_mm apart would meet."""
