@@ -1,29 +1,5 @@
 # The breast between paddle and support, by several strategies and with several sets of moduli.
-from mammosim.chain.conditions import is_flat
-from mammosim.core.errors import MammosimError
-
 COMPRESSION = config["compression"]
-
-
-def with_plates(ways, file):
-    """The strategies; that the plates they describe can be is checked, and what surfaces they name is known by content."""
-    if all(is_flat(way) for way in ways.values()):
-        return ways
-    # What is needed for plates takes a second to load, which few strategies ask for.
-    from mammosim.chain import paddles, plates, strategies
-    from mammosim.core.settings import read
-
-    try:
-        ways = {name: paddles.known_by_content(way, home, at=f"{file}: {name}") for name, way in ways.items()}
-        size = read(plates.PlateSize, COMPRESSION["plate_mm"], "compression.plate_mm")
-        for name, way in ways.items():
-            at = f"{file}: {name}"
-            strategies.Strategy.read(way, at=at).require_possible(size, at=at)
-    except MammosimError as error:
-        raise WorkflowError(f"ConfigurationError: {error}") from None
-    return ways
-
-
 WAYS = with_plates(
     checked(read_yaml(COMPRESSION["strategies_file"]), "compression", [COMPRESSION["strategies_file"]]),
     COMPRESSION["strategies_file"],
