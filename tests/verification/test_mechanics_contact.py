@@ -11,10 +11,12 @@ from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import body_effects
 from mammosim.mechanics.compression import Plates, PressSettings, Thickness, compress, released
+from mammosim.mechanics.described import Described
 from mammosim.mechanics.effects import SIX_POINTS, RigidPlate, RoundedBox, Scaled, Weight
 from mammosim.mechanics.equilibrium import equilibrium
 from mammosim.mechanics.friction_state import FrictionState
 from mammosim.mechanics.paddles import Friction
+from mammosim.mechanics.plate_shapes import Curved
 
 RADIUS = 60.0
 E, NU = 1.0, 0.45
@@ -24,7 +26,7 @@ AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).T
 BROAD = Plates(np.zeros(3), AXES, np.array([200.0, 200.0, 20.0]), 5.0)
 
 
-def pressed_octant(mesh, thickness, **settings):
+def pressed_octant(mesh, thickness, plates=BROAD, **settings):
     """An octant of a ball, its three planes of symmetry held, between plates of which one is on its side."""
     skin = mesh.boundaries["skin"]
     on_sphere = np.all(np.isclose(np.linalg.norm(mesh.points[skin], axis=2), RADIUS), axis=1)
@@ -32,20 +34,23 @@ def pressed_octant(mesh, thickness, **settings):
     return compress(
         mesh,
         body_effects(mesh, TISSUES),
-        plates=BROAD,
+        plates=plates,
         control=Thickness(thickness),
         held=np.isclose(mesh.points, 0.0, atol=1e-6),
         settings=PressSettings(**settings),
     )
 
 
-def against_hertz(finest):
-    """Relative error (L2) of the pressure for the force found, and of the contact radius."""
+def against_hertz(finest, plates=BROAD, radius=RADIUS):
+    """Relative error (L2) of the pressure for the force found, and of the contact radius.
+
+    radius: 1 / radius is the curvature of ball and plate together, mm.
+    """
     mesh = octant_fine_at_the_pole(RADIUS, 20.0, reach=8.0, finest=finest)
-    found = pressed_octant(mesh, 2 * (RADIUS - 0.6), steps=1)
+    found = pressed_octant(mesh, 2 * (RADIUS - 0.6 * RADIUS / radius), plates, steps=1)
     contact, state = found.plates[0], found.contacts[0]
     force = 4e3 * found.path["force_n"].iloc[-1]
-    a = (3 * force * RADIUS * (1 - NU**2) / (4 * E)) ** (1 / 3)
+    a = (3 * force * radius * (1 - NU**2) / (4 * E)) ** (1 / 3)
     y, _ = contact.at_points(found.points)
     r = np.hypot(y[..., 0], y[..., 2])
     hertz = 3 * force / (2 * np.pi * a**2) * np.sqrt(np.maximum(1 - (r / a) ** 2, 0.0))
@@ -61,6 +66,15 @@ def test_a_ball_on_a_plane_has_the_pressure_of_hertz_and_halving_the_mesh_halves
     assert fine < 0.6 * coarse
     assert abs(less_wide) < 0.03 < 3.0 / 6.1
     assert abs(less_wide) < abs(wide)
+
+
+def test_a_ball_on_a_ball_has_the_pressure_of_hertz():
+    """Plates with a face of radius 120 mm: 1 / 40 mm = 1 / 60 mm + 1 / 120 mm, as fine as on a plane."""
+    dome = Described(shapes=(Curved(120.0, 120.0),))
+    plates = Plates(np.zeros(3), AXES, np.array([70.0, 70.0, 20.0]), 5.0, dome, support=dome)
+    error, wide = against_hertz(1.5, plates, 40.0)
+    assert error < 0.12
+    assert abs(wide) < 0.03
 
 
 def test_a_ball_pressed_to_half_its_width_bulges_as_three_programs_have_it():

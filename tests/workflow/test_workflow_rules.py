@@ -148,6 +148,36 @@ def test_a_key_that_is_given_twice_or_is_no_number_is_named_with_its_file(study,
         assert words in result.stdout
 
 
+OPEN = "solid s\n" + "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n".format(
+    "".join(f"vertex {x} {y} 0\n" for x, y in ((0, 0), (90, 0), (0, 90)))
+) + "endsolid s\n"  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("plates", "words"),
+    [
+        ("paddle: {surface: {file: FILE}}", "soft.paddle.surface: the surface of FILE is open: 3 edges"),
+        (
+            "support: {curved: {across_radius_mm: 60}}",
+            "soft: a face of across_radius_mm = 60 would be steeper",
+        ),
+        ("paddle: {sloped: {angel_deg: 3}}", "soft.paddle.sloped has no key 'angel_deg'; did you mean"),
+    ],
+)
+def test_plates_that_cannot_be_stop_before_the_first_job(study, tmp_path, plates, words):
+    (tmp_path / "open.stl").write_text(OPEN)
+    plates, words = (text.replace("FILE", str(tmp_path / "open.stl")) for text in (plates, words))
+    strategies, wrong = tmp_path / "strategies.yaml", tmp_path / "wrong.yaml"
+    until = "until: {thickness_share: 1.0}"
+    strategies.write_text(f"standard: {{{until}}}\nsoft: {{{plates}, {until}}}\n")
+    names = "strategies: [standard, soft]"
+    wrong.write_text(f"compression: {{strategies_file: {strategies}, {names}}}\nxray: {{{names}}}\n")
+    result = study.snakemake("--dry-run", "--configfile", str(wrong))
+    assert result.returncode != 0
+    assert f"{strategies}: " in result.stdout
+    assert words in result.stdout
+
+
 def test_a_misspelt_key_stops_before_the_first_job(study, tmp_path):
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("mechanics: {swep: 1}\n")

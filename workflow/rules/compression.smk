@@ -1,6 +1,9 @@
 # The breast between paddle and support, by several strategies and with several sets of moduli.
 COMPRESSION = config["compression"]
-WAYS = checked(read_yaml(COMPRESSION["strategies_file"]), "compression", [COMPRESSION["strategies_file"]])
+WAYS = with_plates(
+    checked(read_yaml(COMPRESSION["strategies_file"]), "compression", [COMPRESSION["strategies_file"]]),
+    COMPRESSION["strategies_file"],
+)
 STRATEGIES = known_strategies(COMPRESSION["strategies"], WAYS)
 MODULI = COMPRESSION["moduli"]
 [moduli_table(name) for name in MODULI]  # each is there and complete

@@ -191,6 +191,7 @@ PICTURED = {
         },
     ),
     "discomfort_{v}_{side}_{moduli}": ("presses.discomfort", OF_ALL_STRATEGIES),
+    "pressure_{v}_{side}_{moduli}": ("presses.pressure", OF_ALL_STRATEGIES),
     "phantom_{v}_{side}": ("xrays.phantom", {"labels": f"results/phantom/{{v}}/{{side}}/{XRAYED}.nii.gz"}),
     "mammogram_{v}_{side}": (
         "xrays.mammogram",
@@ -213,7 +214,7 @@ MORE_OPTIONS = {
     **dict.fromkeys(("stress_free_{v}", "true_stress_free_{v}"), {"methods": lambda wildcards: methods_of(wildcards.v)}),
     "identification_{v}": {"prior": IDENTIFICATION["prior"]},
     "validation_{v}_{p}": {"fitted": lambda wildcards: {p: p in SEGMENTED for p in validated(wildcards.v)}},
-    **dict.fromkeys(("thickness_{v}_{side}_{moduli}", "discomfort_{v}_{side}_{moduli}"), {"strategies": list(STRATEGIES)}),
+    **{f"{name}_{{v}}_{{side}}_{{moduli}}": {"strategies": list(STRATEGIES)} for name in ("thickness", "discomfort", "pressure")},
 }
 
 for figure, (function, shown) in PICTURED.items():

@@ -1,4 +1,6 @@
 # Paths and parameters that several rules begin with.
+from mammosim.chain.conditions import is_flat
+from mammosim.core.errors import MammosimError
 
 
 def known_strategies(names, scenes, asked_by="the configuration"):
@@ -7,6 +9,25 @@ def known_strategies(names, scenes, asked_by="the configuration"):
     if absent:
         raise WorkflowError(f"ConfigurationError: {asked_by}: no strategy {absent[0]!r}; choose one of: {', '.join(scenes)}")
     return {name: scenes[name] for name in names}
+
+
+def with_plates(ways, file):
+    """The strategies; that the plates they describe can be is checked, and what surfaces they name is known by content."""
+    if all(is_flat(way) for way in ways.values()):
+        return ways
+    # What is needed for plates takes a second to load, which few strategies ask for.
+    from mammosim.chain import paddles, plates, strategies
+    from mammosim.core.settings import read
+
+    try:
+        ways = {name: paddles.known_by_content(way, home, at=f"{file}: {name}") for name, way in ways.items()}
+        size = read(plates.PlateSize, config["compression"]["plate_mm"], "compression.plate_mm")
+        for name, way in ways.items():
+            at = f"{file}: {name}"
+            strategies.Strategy.read(way, at=at).require_possible(size, at=at)
+    except MammosimError as error:
+        raise WorkflowError(f"ConfigurationError: {error}") from None
+    return ways
 
 
 def imaging_systems():

@@ -31,6 +31,7 @@ PICTURES = [
     *(["curves"] if PRESSED else []),
     *over("thickness_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
     *over("discomfort_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
+    *over("pressure_{v}_{side}_{moduli}", able("pressed"), side=COMPRESSION["sides"], moduli=MODULI),
     *(["amounts"] if PRESSED else []),
     *over("phantom_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),
     *over("mammogram_{v}_{side}", able("pressed"), side=COMPRESSION["sides"]),

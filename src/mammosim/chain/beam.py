@@ -154,6 +154,7 @@ def require_held(rows: pd.DataFrame, view: str) -> None:
 def spectrum(inputs: Inputs) -> Spectrum:
     """Of the photons that reach the breast; without `polychromatic` all have their mean energy."""
     tube = looked_up(Tube, inputs.setting, "xray")
+    # ASSUME: every strategy has the same level sheet in the beam; a cushion attenuates nothing.
     has = inputs.has("paddle")
     paddle = (read(Paddle, inputs.setting("xray.paddle"), "xray.paddle"),) if has else ()
     beam = in_the_way(tube_spectrum(*tube.beam), paddle)

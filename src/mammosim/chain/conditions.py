@@ -1,8 +1,12 @@
 """When a stage needs one of its products: decided by its own settings and effects."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from mammosim.chain.graph import Inputs
 
-STANDARD = {"thickness_share": 1.0}  # where the standard strategy stops, whose paddle is rigid
+STANDARD = {"thickness_share": 1.0}  # where the standard strategy stops, whose plates are flat and rigid
+YIELDING = ("tilting", "flexible")  # names of chain.paddles.YIELDS: paddles that begin flat
 UNDER_GRAVITY = "gravity"  # the set of moduli by which a breast carries its weight
 RELATIVE = {"force_share", "pressure_kpa"}  # criteria that are known only by the standard's load path
 
@@ -52,11 +56,23 @@ def begins_with_mean(inputs: Inputs) -> bool:
 def uses_standard(inputs: Inputs) -> bool:
     """Whether a strategy uses the standard's load path: as its own, to know its goal, or to continue it.
 
-    With friction, which depends on the whole path, it is not continued.
+    With friction, which depends on the whole path, it is not continued, nor by plates that are not flat.
     """
     strategy = inputs.setting("load.strategy")
-    itself = strategy["until"] == STANDARD and not strategy.get("paddle")
-    return itself or bool(RELATIVE & set(strategy["until"])) or not inputs.has("friction")
+    continued = is_flat(strategy) and not inputs.has("friction")
+    return is_standard(strategy) or bool(RELATIVE & set(strategy["until"])) or continued
+
+
+def is_flat(strategy: Mapping[str, Any]) -> bool:
+    """Whether its plates begin as the standard's are: a paddle may yield, and nothing else is said."""
+    parts = list(strategy.get("paddle") or ())
+    return len(parts) <= 1 and set(parts) <= set(YIELDING) and not strategy.get("support")
+
+
+def is_standard(strategy: Mapping[str, Any]) -> bool:
+    """Whether a strategy is the standard one."""
+    plates = strategy.get("paddle") or strategy.get("support")
+    return strategy.get("until") == STANDARD and not plates
 
 
 def is_under_gravity(inputs: Inputs) -> bool:

@@ -114,20 +114,23 @@ def _met(held: np.ndarray, plates: Plates, edge: float, contact_mm: float) -> np
     return found
 
 
-def plate_facts(plates: Plates, thickness_mm: float, *, widest_mm: float = 0.0) -> dict[str, float]:
+def plate_facts(
+    plates: Plates, thickness_mm: float, *, room_mm: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, float]:
     """Chest edge, side limits and inner faces of plates this far apart, mm.
 
-    widest_mm: the largest distance of their faces where a paddle that yields is over the breast; paddle_z_mm
-    is as high as that.
+    room_mm: how far paddle and support are beyond flat ones over the breast at most (Plates.room); so high
+    is paddle_z_mm, and so low support_z_mm.
     """
+    above, below = room_mm
     x, _, z = plates.centre
     return {
         "thickness_mm": thickness_mm,
         "chest_y_mm": float(plates.centre[1] + plates.half_sizes[0]),
         "low_x_mm": float(x - plates.half_sizes[1]),
         "high_x_mm": float(x + plates.half_sizes[1]),
-        "support_z_mm": float(z - thickness_mm / 2),
-        "paddle_z_mm": float(z - thickness_mm / 2 + max(thickness_mm, widest_mm)),
+        "support_z_mm": float(z - thickness_mm / 2 - max(0.0, below)),
+        "paddle_z_mm": float(z - thickness_mm / 2 + max(thickness_mm, thickness_mm + above)),
         "depth_mm": float(2 * plates.half_sizes[0]),
         "height_mm": float(2 * plates.half_sizes[2]),
     }

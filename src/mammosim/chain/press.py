@@ -81,7 +81,7 @@ def pressed_breast(
         plates=plate_facts(
             setup.plates,
             float(found.path.readout_mm.iloc[-1]),
-            widest_mm=float(np.nanmax(found.gap(x[mesh.boundary_nodes("skin")]))),
+            room_mm=found.room(x[mesh.boundary_nodes("skin")]),
         ),
         fields=fields_of(mesh, setup.effects, x),
     )
@@ -110,7 +110,7 @@ def _row(
     """
     last = found.path.iloc[-1]
     gap = _gap_at_paddle(setup.mesh, found, faces)
-    under = cells[_under_plates(setup, found.points)]
+    under = cells[_under_plates(setup.mesh, found)]
     imbalance = last.force_n - last.support_force_n - last.chest_force_n
     return {
         "plates_mm": float(last.readout_mm),
@@ -142,12 +142,10 @@ def _gap_at_paddle(mesh: TetMesh, found: PressedState, faces: pd.DataFrame) -> p
     return rows.dropna()
 
 
-def _under_plates(setup: PressSetup, x: np.ndarray) -> np.ndarray:
+def _under_plates(mesh: TetMesh, found: PressedState) -> np.ndarray:
     """Whether the middle of each cell is before the plates' chest edge and between their sides (n_cell,)."""
-    plates = setup.plates
-    y = (x[setup.mesh.cells[:, :4]].mean(axis=1) - plates.centre) @ plates.axes
-    found: np.ndarray = np.all(np.abs(y[:, :2]) <= plates.half_sizes[:2], axis=1)
-    return found
+    under: np.ndarray = ~np.isnan(found.gap(found.points[mesh.cells[:, :4]].mean(axis=1)))
+    return under
 
 
 def quantile(values: pd.Series, weights: pd.Series, share: float) -> float:

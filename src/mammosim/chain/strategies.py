@@ -8,13 +8,15 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.discomfort import path_of
+from mammosim.chain.paddles import Plate
+from mammosim.chain.plates import PlateSize
 from mammosim.chain.thickness import GIVEN
-from mammosim.core.errors import ConfigurationError, MechanicsError
+from mammosim.core.errors import ConfigurationError, MammosimError, MechanicsError
 from mammosim.core.mesh import TetMesh
 from mammosim.core.settings import annotations, read, require_positive
 from mammosim.mechanics.compression import Compression, PressSettings, compress, continued
-from mammosim.mechanics.effects import Effect, RigidPlate, six_points_in_each
-from mammosim.mechanics.paddles import Flexible, Paddle, Plates, Rigid, Tilting
+from mammosim.mechanics.effects import Cushion, Effect, RigidPlate, six_points_in_each
+from mammosim.mechanics.paddles import Paddle, Plates, Rigid
 from mammosim.mechanics.press_path import WarmStart
 from mammosim.mechanics.reference import faces_of
 from mammosim.mechanics.stage import Control, Force, Thickness
@@ -27,9 +29,8 @@ FORCE_TOLERANCE, PRESSURE_TOLERANCE = 1e-3, 0.02
 YIELDS_FROM, YIELDING_STEPS = 0.5, 16
 # On a mesh the area of contact grows in jumps: where one passes the pressure, the plates stop this near it.
 JUMP_MM = 0.5
+_RIGID = Rigid()
 Step = tuple[float, float]  # distance of the plates in mm, and mean pressure there in kPa
-
-PADDLES: Mapping[str, type[Paddle]] = {"tilting": Tilting, "flexible": Flexible}
 
 
 class NoStandard(MechanicsError):
@@ -51,6 +52,10 @@ class PressedState(Protocol):
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Distance between the faces of the plates at points (n, 3), (n,) mm; NaN beside the plates."""
+        ...
+
+    def room(self, points: np.ndarray) -> tuple[float, float]:
+        """How far paddle and support are beyond flat ones over points (n, 3), mm; see Plates.room."""
         ...
 
 
@@ -83,14 +88,14 @@ class PressSetup:
     def pressed(self, paddle: Paddle, control: Control) -> Compression:
         """The breast between support and paddle; raises as mechanics.compression.compress.
 
-        Every paddle continues the load path of the standard strategy where that is known and can be used:
-        the path of one that yields begins where it leaves it, and has no work. Area and pressures:
+        Every flat paddle continues the load path of the standard strategy where that is known and can be
+        used: the path of one that yields begins where it leaves it, and has no work. Area and pressures:
         chain.discomfort.
         """
         body, plates = (self.mesh, self.effects), replace(self.plates, paddle=paddle)
-        settings = self.solved if paddle == Rigid() else replace(self.solved, steps=YIELDING_STEPS)
+        settings = replace(self.solved, steps=YIELDING_STEPS) if paddle.unknowns else self.solved
         # Friction depends on the whole load path, and the stages that are kept do not have its state.
-        known = self.standard if self.plates.friction is None else None
+        known = self.standard if plates.friction is None and plates.flat else None
         warm_starts = known.warm_starts(paddle, control) if known else ()
         if not warm_starts:
             found = compress(*body, plates=plates, control=control, held=self.held, settings=settings)
@@ -173,6 +178,10 @@ class PathEnd:
     def gap(self, points: np.ndarray) -> np.ndarray:
         """See PressedState."""
         return self.between.gap(points, float(self.path.readout_mm.iloc[-1]), self.between.at_rest)
+
+    def room(self, points: np.ndarray) -> tuple[float, float]:
+        """See PressedState."""
+        return self.between.room(points, float(self.path.readout_mm.iloc[-1]), self.between.at_rest)
 
 
 class StoppingCriterion(Protocol):
@@ -266,9 +275,13 @@ class MeanPressure:
                 return found if here == high else setup.pressed(paddle, Thickness(high[0]))
 
     def _bracket(self, setup: PressSetup, paddle: Paddle, goal: float) -> tuple[Step, Step]:
-        """The last two steps between which the mean pressure rises above the goal."""
+        """The last two steps between which the mean pressure rises above the goal.
+
+        Plates that are not flat have a path of their own.
+        """
         path = setup.standard_path()
-        if path.mean_pressure_kpa.max() < goal:
+        flat = replace(setup.plates, paddle=paddle).flat
+        if not flat or path.mean_pressure_kpa.max() < goal:
             path = setup.pressed(paddle, Thickness(setup.smallest_mm)).path
         p = path.mean_pressure_kpa.to_numpy()
         rises = np.flatnonzero((p[:-1] < goal) & (p[1:] >= goal))
@@ -294,38 +307,62 @@ CRITERIA: Mapping[str, type[StoppingCriterion]] = {
 
 @dataclass(frozen=True)
 class Strategy:
-    """A paddle, and when it stops."""
+    """A paddle, when it stops, the support, and the cushions on both."""
 
     paddle: Paddle
     until: StoppingCriterion
+    support: Paddle = _RIGID
+    cushions: tuple[Cushion | None, Cushion | None] = (None, None)
 
     @classmethod
     def read(cls, values: Any, *, at: str = "strategy") -> "Strategy":
-        """Of the nested plain values {'paddle': {name: {...}}, 'until': {name: value}}; no paddle is rigid.
+        """Of the nested plain values {'paddle': {name: {...}}, 'support': {...}, 'until': {name: value}}.
 
-        at: what an error calls them. Raises ConfigurationError for an unknown name, and for a value that no
-        paddle and no criterion takes.
+        paddle, support: chain.paddles.Plate; rigid and flat where they are not there. at: what an error calls
+        them. Raises ConfigurationError for an unknown name, and for a value that no plate and no criterion
+        takes.
         """
         given = read(_Given, values, at)
         until, goal = _only(given.until, CRITERIA, at=f"{at}.until")
         criterion = CRITERIA[until]
         (name,) = annotations(criterion)
         goal = read(get_type_hints(criterion)[name], goal, f"{at}.until.{until}")
-        paddle: Paddle = Rigid()
-        if given.paddle:
-            kind, values = _only(given.paddle, PADDLES, at=f"{at}.paddle")
-            paddle = read(PADDLES[kind], values, f"{at}.paddle.{kind}")
-        return cls(paddle, read(criterion, {name: goal}, f"{at}.until.{until}"))
+        paddle, support = (
+            Plate.read(getattr(given, plate), at=f"{at}.{plate}") for plate in ("paddle", "support")
+        )
+        if support.paddle.unknowns:
+            raise ConfigurationError(
+                f"{at}.support = {dict(given.support)!r}: a support does not yield, only a paddle"
+            )
+        return cls(
+            paddle.paddle,
+            read(criterion, {name: goal}, f"{at}.until.{until}"),
+            support.paddle,
+            (paddle.cushion, support.cushion),
+        )
+
+    def require_possible(self, plate_mm: PlateSize, *, at: str = "strategy") -> None:
+        """Raise ConfigurationError, which names `at`, where plates of that size cannot be as described."""
+        half = np.array([plate_mm.depth, plate_mm.width, plate_mm.height]) / 2
+        try:
+            self.plates(Plates(np.zeros(3), np.eye(3), half, plate_mm.edge_radius)).require_possible()
+        except MammosimError as error:
+            raise ConfigurationError(f"{at}: {error}") from None
+
+    def plates(self, flat: Plates) -> Plates:
+        """Support, paddle and cushions in the place of flat ones."""
+        return replace(flat, paddle=self.paddle, support=self.support, cushions=self.cushions)
 
     def press(self, setup: PressSetup) -> Compression:
         """The breast where the paddle stops. Raises MechanicsError, or EquilibriumError, where it cannot."""
-        return self.until.press(setup, self.paddle)
+        return self.until.press(replace(setup, plates=self.plates(setup.plates)), self.paddle)
 
 
 @dataclass(frozen=True)
 class _Given:
     until: Mapping[str, Any]
     paddle: Mapping[str, Any] = field(default_factory=dict)
+    support: Mapping[str, Any] = field(default_factory=dict)
 
 
 def _only(values: Mapping[str, Any], known: Mapping[str, Any], *, at: str) -> tuple[str, Any]:

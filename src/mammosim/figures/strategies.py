@@ -252,17 +252,17 @@ def _show_discomfort(
         values = getattr(pressed, field)
         rgb = colormaps[palette](scale(values))[:, :3]
         if field in OF_CELLS.values():
-            _show(ax, cut_solids(pressed.mesh, float(centre[0]), rgb), CUT, centre)
+            show_near(ax, cut_solids(pressed.mesh, float(centre[0]), rgb), CUT, centre)
         else:
             rgb[values <= 0] = UNTOUCHED
-            _show(ax, (coloured_skin(pressed.mesh, rgb),), ABOVE, centre)
+            show_near(ax, (coloured_skin(pressed.mesh, rgb),), ABOVE, centre)
 
 
 def _scale(values: list[np.ndarray]) -> Normalize:
     return Normalize(0, max(float(np.percentile(each, 99)) for each in values) or 1.0)
 
 
-def _show(ax: Axes, solids: tuple[Solid, ...], camera: Camera, centre: np.ndarray) -> None:
+def show_near(ax: Axes, solids: tuple[Solid, ...], camera: Camera, centre: np.ndarray) -> None:
     """What is near the plates, with the scale bar on white below it."""
     right, up, _ = camera.project(centre[None])[0]
     extent = (right - FRAME_MM, right + FRAME_MM, up - 0.8 * FRAME_MM, up + 0.8 * FRAME_MM)

@@ -8,6 +8,7 @@ from itertools import takewhile
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from mammosim.core.errors import EquilibriumError, MechanicsError
 from mammosim.core.mesh import TetMesh
@@ -50,9 +51,9 @@ class Compression:
     yields), force_n (of the skin on the paddle along the axis), support_force_n, chest_force_n (on the body
     by held nodes, chest wall and weight, so that the first is the sum of the others), contact_area_mm2 and
     mean_pressure_kpa of the paddle, peak_pressure_kpa (largest mean of a face over its part in contact),
-    penalty_kpa_per_mm, penetration_mm, tilt_deg, deflection_mm (largest of the paddle's face), energy_uj (of
-    body, contact and paddle), dissipated_uj (by friction), smallest_J, iterations (of Newton), seconds,
-    work_uj (of the plates, by trapezoids).
+    penalty_kpa_per_mm, penetration_mm, tilt_deg, deflection_mm (largest of the faces from flat ones),
+    energy_uj (of body, contact, cushions and paddle), dissipated_uj (by friction), smallest_J, iterations (of
+    Newton), seconds, work_uj (of the plates, by trapezoids).
     """
 
     points: np.ndarray
@@ -64,8 +65,37 @@ class Compression:
     between: Plates
 
     def gap(self, points: np.ndarray) -> np.ndarray:
-        """Distance between the faces of the plates at points (n, 3), (n,) mm; NaN beside the plates."""
-        return self.between.gap(points, self.stages[-1].thickness, self.stages[-1].q)
+        """Distance between the faces of the plates at points (n, 3), (n,) mm; NaN beside the plates.
+
+        Cushions yield as far as they do at the nearest place where skin is in contact.
+        """
+        gap = self.between.gap(points, self.stages[-1].thickness, self.stages[-1].q)
+        for contact in self.plates:
+            if contact.cushion is not None:
+                gap = gap + self._yielded(contact, points)
+        return gap
+
+    def _yielded(self, contact: RigidPlate, points: np.ndarray) -> np.ndarray:
+        """How far the cushion of a plate yields at points (n, 3), (n,) mm, 0 where no skin is on it."""
+        y, yielded = contact.indentation(self.points)
+        if len(y) == 0:
+            return np.zeros(len(points))
+        P = self.between.axes[:, :2]
+        away, nearest = cKDTree(y @ P).query(points @ P)
+        # A point of contact stands for what is nearer than the middle of its face is.
+        reach = np.sqrt(contact.areas.max())
+        return np.where(away < reach, yielded[nearest], 0.0)
+
+    def room(self, points: np.ndarray) -> tuple[float, float]:
+        """How far paddle and support are beyond flat ones over points (n, 3) of the skin at most, mm.
+
+        See Plates.room; cushions yield as far as anywhere.
+        """
+        room = self.between.room(points, self.stages[-1].thickness, self.stages[-1].q)
+        paddle, support = (
+            float(contact.indentation(self.points)[1].max(initial=0.0)) for contact in self.plates
+        )
+        return room[0] + paddle, room[1] + support
 
 
 def compress(
@@ -88,6 +118,7 @@ def compress(
     no verified equilibrium was reached, or not the force; its message names what was.
     """
     settings = settings or PressSettings()
+    plates.require_possible(control.mm if isinstance(control, Thickness) else None)
     with _press(mesh, effects, plates, held, settings) as press:
         return _compression(press, mesh, _to_control(press, [_first_stage(press, mesh)], control))
 
@@ -153,7 +184,9 @@ def _press(
     penalty = settings.penalty_kpa_per_mm or default_penalty(effects)
     areas = rule.areas(mesh.points, faces)
     boxes = plates.at(1e3 * float(np.ptp(mesh.points)))
-    paddle, support = (RigidPlate(faces, areas, box, penalty, rule) for box in boxes)
+    paddle, support = (
+        RigidPlate(faces, areas, box, penalty, rule, cushion) for box, cushion in zip(boxes, plates.cushions)
+    )
     with system_of(Potential((*effects, paddle, support)), held, MULTIGRID_ABOVE) as system:
         try:
             yield Press(system, effects, (paddle, support), plates, settings)
@@ -208,7 +241,7 @@ def _to_thickness(
         left = abs(target - stages[-1].thickness)
         # In a longer step skin might come nearer to the side of a plate than to its face.
         if stages[-1].meets_an_edge(step):
-            step = min(step, press.plates.edge_radius_mm)
+            step = min(step, *(contact.obstacle.radius for contact in stages[-1].contacts))
         goal = target if left <= 1.2 * step else stages[-1].thickness + np.copysign(step, way)
         try:
             stages.append(press.pressed(stages, goal))
@@ -284,6 +317,8 @@ def _compression(press: Press, mesh: TetMesh, stages: list[Stage]) -> Compressio
             history=last.history,
         )
     state = replace(state, energy_imbalance=imbalance, history=last.history)
+    for contact in last.contacts:
+        contact.require_cushion(last.x)
     contacts = tuple(contact.state(last.x) for contact in last.contacts)
     return Compression(
         last.x,

@@ -115,9 +115,13 @@ class Flexible:
         """The paddle bent by the amplitudes q (m,) mm, away from the support where positive."""
         return BentBox(box, Bending(self._modes(box.half_sizes), q))
 
-    def rise(self, y: np.ndarray, half_sizes: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """How much further from the support the face is at places y (n, 2) than a rigid one, mm."""
-        return Bending(self._modes(half_sizes), q).at(y)[0]
+    def middle(self, half_sizes: np.ndarray) -> np.ndarray:
+        """That of both plates."""
+        return np.zeros(2)
+
+    def rise(self, y: np.ndarray, box: RoundedBox, q: np.ndarray) -> np.ndarray:
+        """See Paddle."""
+        return Bending(self._modes(box.half_sizes), q).at(y)[0]
 
     def tilt_deg(self, q: np.ndarray) -> float:
         """It does not tilt."""

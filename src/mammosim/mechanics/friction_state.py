@@ -35,7 +35,7 @@ class FrictionState:
         y, d = contact.at_points(x)
         n = contact.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
         n /= np.linalg.norm(n, axis=-1, keepdims=True)
-        load = contact.penalty * contact.areas * np.maximum(-d, 0.0) * self.sticks
+        load = contact.stiffness * contact.areas * np.maximum(-d, 0.0) * self.sticks
         return replace(self, load=load, normals=n)
 
     def effect(self, contact: RigidPlate) -> CoulombFriction:

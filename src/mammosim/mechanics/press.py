@@ -64,6 +64,7 @@ class Press:
     def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
         """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""
         began = time.perf_counter()
+        self.plates.require_apart(thickness, before[-1].q)
         self._require_clear_of_held_skin(before[-1], thickness)
         history: list[Iteration] = []
         last = before[-1]

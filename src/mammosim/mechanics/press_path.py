@@ -51,7 +51,7 @@ def _row(press: Press, stage: Stage) -> dict[str, float]:
     stiffness = plates.paddle.stiffness(plates.half_sizes)
     potential = Potential((*press.effects, *stage.surroundings()))
     return {
-        "thickness_mm": float(plates.gap(plates.centre[None], stage.thickness, stage.q)[0]),
+        "thickness_mm": float(plates.gap(plates.middle[None], stage.thickness, stage.q)[0]),
         "readout_mm": stage.thickness,
         "force_n": force,
         "support_force_n": support_force,

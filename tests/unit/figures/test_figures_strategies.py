@@ -7,6 +7,7 @@ from conftest import title
 from matplotlib.image import AxesImage
 
 from mammosim.core.errors import MissingResult
+from mammosim.figures.pressure import Pressures, pressure
 from mammosim.figures.strategies import Marks, Strained, amounts, curves, discomfort, thickness_maps
 
 MARKS = Marks((50.0, 180.0), "practice", 10.0, "a standard")
@@ -91,3 +92,17 @@ def test_the_bars_are_as_high_as_the_amounts():
     figure = amounts(pd.DataFrame(rows))
     heights = {round(bar.get_height(), 6) for ax in figure.axes for bar in ax.patches}
     assert heights == {80.0, 50.0}
+
+
+def test_pressures_of_both_plates_stand_beside_their_differences_from_the_standard(torso):
+    n = len(torso.mesh.boundaries["skin"])
+    flat = Pressures(torso.flat, np.linspace(-1, 5, n).clip(0), np.linspace(2, -1, n).clip(0))
+    soft = Pressures(torso.flat, flat.paddle_kpa / 2, flat.support_kpa * 3)
+    figure = pressure({"standard": flat, "soft": soft}, centre=np.array([75.0, -60.0, 0.0]))
+    pictures = [ax for ax in figure.axes if ax.images]
+    words = ["soft, paddle", "soft, support", "less standard", "less standard"]
+    assert [title(ax) for ax in pictures[4:]] == words
+    bars = {ax.get_xlabel(): ax.get_xlim() for ax in figure.axes if ax.get_label() == "<colorbar>"}
+    assert bars == {"pressure (kPa)": (0.0, 6.0), "difference (kPa)": (-4.0, 4.0)}
+    alone = pressure({"soft": soft}, centre=np.array([75.0, -60.0, 0.0]))
+    assert len([ax for ax in alone.axes if ax.images]) == 2

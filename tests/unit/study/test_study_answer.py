@@ -10,7 +10,7 @@ from mammosim.figures.answer import answer as drawn
 from mammosim.study.report.answer import BETWEEN, STRATEGIES, answer_table, answers, monotone, reach, slow
 from mammosim.study.report.answer_limits import ALWAYS, Known, limits_table, why_not_pressed
 from mammosim.study.report.answer_words import change_words, percent, sentence, short_table
-from mammosim.study.report.pressed_breast import DONE, FORCE, STRAIN, between, breasts
+from mammosim.study.report.pressed_breast import DONE, FORCE, STRAIN, between, breasts, is_level
 from mammosim.study.report.strategy_costs import (
     CALCIFICATIONS,
     DOSE,
@@ -543,3 +543,15 @@ def test_many_strategies_have_room_in_the_figure():
     named = [text.get_text() for text in legend.get_texts()]
     assert "41 strategies, 9 named:" in named
     assert len(named) < 20
+
+
+def test_plates_that_slope_are_curved_or_soft_are_not_level():
+    rows = pd.DataFrame(
+        {
+            "tilt_deg": [0.0, 3.0, 0.0, 0.0],
+            "deflection_mm": [0.0, 4.0, 5.0, 0.0],
+            "thickness_min_mm": [50.0, 48.0, 50.0, 50.0],
+            "thickness_max_mm": [50.0, 52.0, 50.0, 51.0],
+        }
+    )
+    assert is_level(rows).tolist() == [True, False, False, False]

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mammosim.figures import compression as figures
+from mammosim.figures import pressure as figures_of_pressure
 from mammosim.figures import strategies
 from mammosim.io.meshes import read_cell_data, read_mesh
 from mammosim.io.tables import read_if_there, read_json, read_table
@@ -42,7 +43,22 @@ def discomfort(files: dict, told: dict, job: dict) -> Figure:
             measures = {each: read_cell_data(shape, each) for each in ("logarithmic", "energy_kpa")}
             pressure = table.pressure_kpa.to_numpy()
             pressed[name] = strategies.Strained(read_mesh(shape), pressure_kpa=pressure, **measures)
+    return strategies.discomfort(pressed, centre=_middle(files))
+
+
+def pressure(files: dict, told: dict, job: dict) -> Figure:
+    """Of the same strategies."""
+    pressed = {}
+    for name, shape, faces in zip(told["strategies"], files["shapes"], files["faces"]):
+        if len(table := read_if_there(faces)):
+            each = (table[f"{plate}_kpa"].to_numpy() for plate in ("paddle", "support"))
+            pressed[name] = figures_of_pressure.Pressures(read_mesh(shape), *each)
+    return figures_of_pressure.pressure(pressed, centre=_middle(files))
+
+
+def _middle(files: dict) -> np.ndarray:
+    """Of the standard's plates, at the chest edge. Raises MissingResult where they are missing."""
     facts = read_json(files["plates"])
     x = (facts["low_x_mm"] + facts["high_x_mm"]) / 2
     z = (facts["support_z_mm"] + facts["paddle_z_mm"]) / 2
-    return strategies.discomfort(pressed, centre=np.array([x, facts["chest_y_mm"], z]))
+    return np.array([x, facts["chest_y_mm"], z])

@@ -14,7 +14,7 @@ from mammosim.mechanics.effects.contact import (
 from mammosim.mechanics.effects.fibres import Fibres
 from mammosim.mechanics.effects.mixed import MixedNeoHookean, bulk_tissue
 from mammosim.mechanics.effects.network import SpringNetwork
-from mammosim.mechanics.effects.plate import BentBox, RigidPlate, RoundedBox
+from mammosim.mechanics.effects.plate import BentBox, Cushion, RigidPlate, RoundedBox, ShapedBox
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
 from mammosim.mechanics.effects.small_strain import SmallStrain
@@ -28,6 +28,7 @@ __all__ = [
     "Buoyancy",
     "ContactState",
     "CoulombFriction",
+    "Cushion",
     "Effect",
     "EllipticCylinder",
     "FaceRule",
@@ -39,6 +40,7 @@ __all__ = [
     "RigidPlate",
     "RoundedBox",
     "Scaled",
+    "ShapedBox",
     "SkinMembrane",
     "Sliding",
     "SmallStrain",

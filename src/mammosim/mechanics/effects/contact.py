@@ -138,6 +138,11 @@ class RigidContact(WithoutVolume):
         """The faces."""
         return self.faces
 
+    @property
+    def stiffness(self) -> float:
+        """Pressure per depth, kPa/mm: eps."""
+        return self.penalty
+
     def moved_to(self, obstacle: Obstacle) -> Self:
         """The same contact with the obstacle elsewhere."""
         return replace(self, obstacle=obstacle)
@@ -150,13 +155,13 @@ class RigidContact(WithoutVolume):
     def energy(self, x: np.ndarray) -> float:
         """E = 1/2 eps integral of <-d>_+^2."""
         _, d = self.at_points(x)
-        return self.penalty / 2 * float(np.sum(self.areas * np.minimum(d, 0.0) ** 2))
+        return self.stiffness / 2 * float(np.sum(self.areas * np.minimum(d, 0.0) ** 2))
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += - integral of eps <-d> n N_a."""
         y, d = self.at_points(x)
         t = np.zeros_like(y)
-        t[d < 0] = self.penalty * (self.areas * d)[d < 0][:, None] * self.obstacle.normal(y[d < 0])
+        t[d < 0] = self.stiffness * (self.areas * d)[d < 0][:, None] * self.obstacle.normal(y[d < 0])
         add_to_nodes(self.faces, gathered_forces(t, self.rule.shapes), g)
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
@@ -170,7 +175,7 @@ class RigidContact(WithoutVolume):
         M[inside] = n[:, :, None] * n[:, None, :]
         if not projected:
             M[inside] += d[inside][:, None, None] * self.obstacle.hessian(y[inside])
-        M *= self.penalty * self.areas[..., None, None]
+        M *= self.stiffness * self.areas[..., None, None]
         K.add(self.faces, gathered_stiffness(M, self.rule.shapes))
 
     def state(self, x: np.ndarray) -> ContactState:
@@ -179,7 +184,7 @@ class RigidContact(WithoutVolume):
         n = self.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
         deformed = self.rule.areas(x, self.faces)
         depth = np.maximum(-d, 0.0)
-        load = self.penalty * depth * self.areas
+        load = self.stiffness * depth * self.areas
         force = -np.einsum("eq,eqi->i", load, n)
         return ContactState(force, np.where(d < 0, deformed, 0.0), load / deformed, float(depth.max()))
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from mammosim.chain.conditions import STANDARD
+from mammosim.chain.conditions import YIELDING, is_standard
 from mammosim.study.campaigns.points import Planned
 
 PRESSED = "pressed"
@@ -37,8 +37,8 @@ def counts(points: Iterable[Planned], strategy: Mapping[str, Any], done: Collect
 
 def paddle(strategy: Mapping[str, Any]) -> str:
     """What a strategy presses with: 'flexible', 'tilting' or 'rigid'; 'standard' where it is that one."""
-    kind = next(iter(strategy.get("paddle") or {"rigid": None}))
-    return "standard" if kind == "rigid" and strategy.get("until") == STANDARD else kind
+    kind = next((name for name in YIELDING if name in (strategy.get("paddle") or ())), "rigid")
+    return "standard" if is_standard(strategy) else kind
 
 
 def expected(

@@ -201,8 +201,9 @@ def _load(values: Mapping[str, Any], base: Mapping[str, Any], known: Known) -> d
         return found
     if "load.paddle" in values:
         given = values["load.paddle"]
-        paddle = known.strategies[given].get("paddle") if isinstance(given, str) else given
-        strategy = {"until": strategy["until"]} | ({"paddle": paddle} if paddle else {})
+        described = known.strategies[given] if isinstance(given, str) else {"paddle": given}
+        plates = {name: described[name] for name in ("paddle", "support") if described.get(name)}
+        strategy = {"until": strategy["until"]} | plates
     start = "load.until."
     until = nested({key.removeprefix(start): value for key, value in values.items() if key.startswith(start)})
     if len(until) > 1:

@@ -61,7 +61,8 @@ class PressedBreast:
 def is_level(rows: pd.DataFrame) -> pd.Series:
     """Whether the plates stayed parallel (n,) bool: strategies whose thickness says all of their shape."""
     yielding = rows.reindex(columns=["tilt_deg", "deflection_mm"]).fillna(0.0)
-    return (yielding == 0).all(axis=1)
+    ends = rows.reindex(columns=["thickness_min_mm", "thickness_max_mm"])
+    return (yielding == 0).all(axis=1) & ~(ends.thickness_max_mm > ends.thickness_min_mm)
 
 
 def between(t: pd.Series, q: pd.Series, at: float) -> float:
