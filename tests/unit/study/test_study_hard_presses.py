@@ -13,8 +13,8 @@ from mammosim.study.hard_cases.materials import Scatter, TissueValues, tissues_o
 from mammosim.study.hard_cases.overlap import faces_inside
 from mammosim.study.hard_cases.presses import PressValues
 from mammosim.study.hard_cases.problems import ProblemSettings
+from mammosim.study.hard_cases.quantities import QUANTITIES
 from mammosim.study.hard_cases.references import (
-    QUANTITIES,
     ConfinedBlock,
     FreeBlock,
     Hertz,

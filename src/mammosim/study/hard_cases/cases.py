@@ -18,7 +18,8 @@ from mammosim.core.settings import Settings, read
 from mammosim.study.hard_cases.invariance import changed
 from mammosim.study.hard_cases.overlap import faces_inside
 from mammosim.study.hard_cases.problems import ProblemSettings, Solution
-from mammosim.study.hard_cases.references import QUANTITIES, Refined
+from mammosim.study.hard_cases.quantities import QUANTITIES
+from mammosim.study.hard_cases.references import Refined
 from mammosim.study.hard_cases.verdict import EXPECTED, Converges, Expected, Kind, Outcome, Unstable, verdict
 
 log = logging.getLogger(__name__)

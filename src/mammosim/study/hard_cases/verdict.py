@@ -11,7 +11,8 @@ import numpy as np
 from mammosim.core.errors import ConfigurationError, EquilibriumError, MammosimError
 from mammosim.core.settings import Limits, OneOf, Settings, named_words
 from mammosim.study.hard_cases.invariance import INVARIANCE_TESTS, InvarianceTest
-from mammosim.study.hard_cases.references import REFERENCES, Known, QuantityNames, Refined
+from mammosim.study.hard_cases.quantities import QuantityNames
+from mammosim.study.hard_cases.references import REFERENCES, Known, Refined
 
 # What keeps a body stable; a diagnosis names at least one.
 HELPS = ("skin", "stiff", "chest wall")
