@@ -8,6 +8,7 @@ from mammosim.core.labels import Label
 from mammosim.core.settings import read
 from mammosim.meshing.quality import quality
 from mammosim.study.hard_cases.bodies import Ball, Brick, Lump, Slot, Staircase, middles_of
+from mammosim.study.hard_cases.cases import relative_error
 from mammosim.study.hard_cases.invariance import INVARIANCE_TESTS, changed
 from mammosim.study.hard_cases.materials import Scatter, TissueValues, tissues_of
 from mammosim.study.hard_cases.overlap import faces_inside
@@ -257,3 +258,9 @@ def test_faces_that_lie_in_other_cells_are_found_and_others_are_not():
 def test_what_cannot_be_meant_is_rejected_with_its_key(changes, message):
     with pytest.raises(ConfigurationError, match=message):
         read(ProblemSettings, BLOCK | changes, "problem")
+
+
+def test_a_force_in_place_of_none_is_wrong_without_bound():
+    """The plates have lost the body: its reference is zero."""
+    assert relative_error(0.1, 0.0) == np.inf
+    assert relative_error(0.9, 1.0) == pytest.approx(0.1)
