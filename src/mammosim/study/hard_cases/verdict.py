@@ -11,6 +11,7 @@ import numpy as np
 from mammosim.core.errors import ConfigurationError, EquilibriumError, MammosimError
 from mammosim.core.settings import Limits, OneOf, Settings, named_words
 from mammosim.study.hard_cases.invariance import INVARIANCE_TESTS, InvarianceTest
+from mammosim.study.hard_cases.quantities import QuantityNames
 from mammosim.study.hard_cases.references import REFERENCES, Known, Refined
 
 # What keeps a body stable; a diagnosis names at least one.
@@ -48,7 +49,7 @@ class Converges(Expectation):
     kind: ClassVar[str] = "converged"
     within: Within
     because: str
-    quantity: Literal["", "apex_mm", "drop_mm", "tip_ratio", "slip_mm"] = ""
+    quantity: Literal[""] | QuantityNames = ""
     reference: Annotated[Known | Refined, OneOf({**REFERENCES.kinds, "refined": Refined})] | None = None
     same_as: Annotated[tuple[InvarianceTest, ...], INVARIANCE_TESTS] = ()
     or_unstable: bool = False
@@ -70,8 +71,11 @@ class Converges(Expectation):
         return super().against(happened)
 
     def wrong(self, happened: "Outcome") -> str:
-        off = _off("error", happened.relative_error, self.within)
-        return off if happened.verified else "the state was not verified"
+        if not happened.verified:
+            return "the state was not verified"
+        if happened.overlapping:
+            return f"the body passes through itself: {happened.overlapping} faces of its skin lie inside it"
+        return _off("error", happened.relative_error, self.within)
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,8 @@ EXPECTED = OneOf({"converges": Converges, "rejected": Rejected, "failed": Failed
 class Outcome:
     """What happened; why: the message of an error, of mammosim unless it crashed.
 
-    relative_error: against the reference, NaN where nothing was compared. The rest is of the state.
+    relative_error: against the reference, NaN where nothing was compared. The rest is of the state;
+    overlapping: how many faces of its skin lie inside it.
     """
 
     kind: Kind
@@ -150,6 +155,7 @@ class Outcome:
     iterations: float = np.nan
     smallest_J: float = np.nan
     verified: bool = False
+    overlapping: int = 0
 
     @classmethod
     def of(cls, error: MammosimError, relative_error: float = np.nan) -> "Outcome":
