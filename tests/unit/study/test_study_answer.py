@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import escape
 
 from mammosim.chain.quantities import QUANTILE
 from mammosim.figures.answer import PANELS
@@ -27,6 +28,7 @@ from mammosim.study.report.strategy_costs import (
     together,
     verdict,
 )
+from mammosim.study.report.texts import paragraphs
 
 LIMITS = LossLimits(5.0, 5.0)
 KNOWN = Known(("left",))
@@ -328,6 +330,14 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     assert "not every loss is known, and nothing is certain" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
+
+
+def test_a_reason_is_told_as_it_stands():
+    why = "failed: no series in /scans/$a$/[2020](b)/**c**"
+    given = tables(compression=[pressed("standard", 50.0, 100.0, outcome=why)])
+    costs, found = asked(given)
+    assert found.why == why
+    assert escape(why) in paragraphs(sentence(found, costs, LIMITS), {})[0]
 
 
 def test_words_have_an_interval_where_one_is_known_and_a_value_where_none_is():

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from markupsafe import Markup, escape
 from small_breast import STREAMS, study_settings
 
 from mammosim.chain.graph import Chain
@@ -21,6 +22,7 @@ from mammosim.study.campaigns.page import opening
 from mammosim.study.campaigns.points import Case, plan
 from mammosim.study.campaigns.settings import Known, changes
 from mammosim.study.campaigns.table import failures, frame, shares, summary
+from mammosim.study.report.texts import paragraphs, quoted
 
 FILE = "config/campaigns/mine.yaml"
 GLAND = "tissues.glandular.youngs_modulus_kpa"
@@ -487,6 +489,21 @@ def test_reasons_are_counted_the_most_frequent_first():
     table = frame(campaign, rows(campaign, lambda shown: 1.0))
     table = table.assign(outcome=["failed", "unstable", "unstable", "converged"], reason=["a", "b", "b", ""])
     assert failures(table).to_numpy().tolist() == [["unstable", "b", 2], ["failed", "a", 1]]
+
+
+MARKED = r"costs $5 or $\frac$ of {it}? **a** [b](javascript:c) `d`"
+
+
+def test_title_names_and_conditions_stand_on_the_page_as_they_were_written():
+    given = {"title": MARKED, "subjects": {"small": ["left"]}, "asked": ["force_n"]}
+    given["vary"] = {"load.thickness_mm": [40, 50], "load.paddle": {"named": {MARKED: "standard", "b": None}}}
+    given["exclude"] = [f"load.thickness_mm > 45 and load.paddle == {MARKED!r}"]
+    campaign = Campaign.of("mine", given, file=FILE)
+    table = pd.DataFrame({"outcome": ["converged"] * 3, "seconds": 1.0, "moduli_factor": 1.0})
+    html = Markup("\n").join(paragraphs(quoted(opening(campaign, table), {})))
+    assert f"<strong>{escape(MARKED)}</strong>" in html
+    assert f"<code>load.paddle</code>: {escape(MARKED)}, b." in html
+    assert escape(given["exclude"][0]) in html
 
 
 def test_the_page_says_where_all_moduli_were_multiplied():

@@ -22,11 +22,16 @@ from mammosim.mechanics.other_laws import IncrementalBody, NetworkBody
 from mammosim.study.models.model import PRODUCTS, Model
 from mammosim.study.models.rows import SHOWN, measured_row, numbers, table
 from mammosim.study.models.scores import nipple_away_mm, score
+from mammosim.study.report.texts import quoted, words
 
 NAMES = (
     *("azar2002", "rajagopal2007", "pathmanathan2008", "han2012", "gamage2012", "patete2013", "kuhlmann2013"),
     *("carter2012", "georgii2016", "eiben2014", "eder2014", "report", "mira2018"),
 )
+
+
+SOFT = {"youngs_modulus_kpa": 1.0, "poisson_ratio": 0.45, "density_g_cm3": 1.0}
+FLESH = {"tissues": dict.fromkeys(("adipose", "glandular", "muscle"), SOFT)}
 
 
 def model(repository, name, **changes):
@@ -152,7 +157,13 @@ def test_a_model_of_the_tissues_and_a_method_of_the_study_begins_with_its_shape(
         ({"effects": ["gland", "blood"]}, "effects: no 'blood'; choose one of: gland"),
         ({"effects": ["sliding"]}, "settings.sliding is not there; give the numbers of that effect"),
         ({"settings": {"water": {"density_g_cm3": 1.0}}}, "settings.water: nothing of the model uses it"),
-        ({"increments": 0}, "increments"),
+        ({"increments": 0, "law": "small_strain_increments"}, "increments"),
+        ({"increments": 50}, "increments: only the law small_strain_increments has them; leave it out"),
+        (
+            {"tolerance_mm": 1.0, "method": "as_measured"},
+            "tolerance_mm: the method as_measured unloads nothing",
+        ),
+        ({"tissues": FLESH}, "tissues has no skin; add it, or leave `skin` out of the effects"),
         ({"colour": "red"}, "colour"),
     ],
 )
@@ -270,6 +281,13 @@ def test_the_page_is_told_who_is_nearest_and_what_failed():
     nothing = numbers(table(ROWS.assign(nipple_supine_mm=np.nan, force_n=np.nan), SCORES))
     assert nothing["models.nearest"] is None
     assert nothing["models.force_most_n"] is None
+
+
+def test_a_title_is_read_as_it_stands():
+    marked = table(ROWS.assign(title=["B", r"$\frac$ **A**"]), SCORES)
+    drawn(marked).canvas.draw()
+    text = quoted("{models.failed} of {models.nearest}", numbers(marked))
+    assert str(words(text)) == r"$\frac$ **A** of B"
 
 
 def test_the_figure_has_every_model_and_marks_what_it_did_not_find():

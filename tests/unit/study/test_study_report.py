@@ -5,11 +5,12 @@ from io import BytesIO
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import escape
 from PIL import Image
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, report
-from mammosim.study.report.texts import paragraphs, quoted, words
+from mammosim.study.report.texts import literal, paragraphs, quoted, words
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
 TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<failed>"]})
@@ -79,6 +80,29 @@ def test_a_formula_is_plain_mathml_and_keeps_its_braces():
     assert (
         quoted(r"$\frac{mu}{2}$ is {sweep.small.1.nipple_left_mm:.0f}.", NUMBERS) == r"$\frac{mu}{2}$ is 12."
     )
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "costs $5, not $6",
+        r"$\frac$ and \$5",
+        "[x](javascript:window.ran=1)",
+        "see [@nobody2000]",
+        "**bold**, `code` and a * b",
+        "{force} of {x:3}",
+        "a\\b\\\\c",
+        "two\n\nlines",
+        "</script> \N{RIGHT-TO-LEFT OVERRIDE}e\N{COMBINING ACUTE ACCENT}",
+    ],
+)
+def test_what_a_person_has_written_is_read_as_it_stands(written):
+    shown = str(escape(" ".join(written.split())))
+    assert str(words(literal(written), {})) == shown
+    # The same as a part of a text, and as a number that a text quotes.
+    assert str(words(quoted(f"Of **{literal(written)}**.", {}), {})) == f"Of <strong>{shown}</strong>."
+    numbers = {"headline.answer": f"**Of** {literal(written)}"}
+    assert str(paragraphs(quoted("{headline.answer}", numbers), {})[0]) == f"<strong>Of</strong> {shown}"
 
 
 def test_every_section_is_in_the_table_of_contents():

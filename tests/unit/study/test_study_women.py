@@ -1,6 +1,7 @@
 """The page of one woman before a run: what was understood of her data, and what is planned."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -28,6 +29,12 @@ def test_a_page_shows_pictures_files_and_what_is_planned_and_why_not():
         assert words in page
     assert re.search(f'<td[^>]*>{re.escape(PLAN[0][0])}</td><td class="number">yes</td>', page)
     assert re.search(f'<td[^>]*>{re.escape(PLAN[1][0])}</td><td class="number">no</td>', page)
+
+
+def test_a_note_is_told_as_it_stands():
+    """A segment may have any name."""
+    page = checked(replace(PRONE, notes=("the segment $a$ **[b](c)** is no tissue",)))
+    assert "Noted: the segment $a$ **[b](c)** is no tissue." in page
 
 
 def test_every_reason_stands_on_the_page_with_its_position():

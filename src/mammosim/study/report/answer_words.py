@@ -20,6 +20,7 @@ from mammosim.study.report.strategy_costs import (
     LossLimits,
     together,
 )
+from mammosim.study.report.texts import literal
 
 WORDS: Mapping[str, str] = {
     DOSE: "dose",
@@ -56,7 +57,7 @@ def _head(a: Answer, limits: LossLimits) -> str:
     """How far thickness may rise, or that this cannot be said."""
     who = f"{a.volunteer}, {a.side}"
     if not np.isfinite(a.possible_mm):
-        why = a.why or "no losses are known"
+        why = literal(a.why) or "no losses are known"
         return f"**{who}: it cannot be said how far compression can be reduced**: {why}."
     begin, cost = f"**{who}: thickness may rise from {a.standard_mm:.1f} to", loss_words(limits)
     if not np.isfinite(a.certain_mm):
