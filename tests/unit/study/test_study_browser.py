@@ -53,6 +53,7 @@ def page_text() -> str:
     numbers = np.random.default_rng(1).permutation(ROWS).astype(float)
     long = pd.DataFrame({"label": [EVIL, *(f"point {i}" for i in range(1, ROWS))], "force_n": numbers})
     short = pd.DataFrame({"volunteer": ["b", EVIL, "a"], "force_n": [9.0, 10.0, 1234.5]})
+    odd = pd.DataFrame({"level": [True, False, True, False], "dose_mgy": [np.inf, np.nan, 3.0, -np.inf]})
     moved = pd.DataFrame({"side": "left", "thickness_mm": [60.0, 40.0], "dose_mgy": [4.0, 2.0]})
     wide = pd.DataFrame({f"a_long_name_{i}_mm": [1.0] * 3 for i in range(16)})
     sentence = "no step keeps the cells from inverting: the tissue may be too soft for the measured shape"
@@ -69,7 +70,14 @@ def page_text() -> str:
             "Second", "A second text.", (Listing(long, "All points.", "points.csv"), Listing(wide, "Wide."))
         ),
         Section(
-            "Third", "", (explored, Listing(sources, "Sources.", anchors="key"), Listing(reasons, "Reasons."))
+            "Third",
+            "",
+            (
+                explored,
+                Listing(sources, "Sources.", anchors="key"),
+                Listing(reasons, "Reasons."),
+                Listing(odd, "Odd."),
+            ),
         ),
     )
     return report(
@@ -126,6 +134,14 @@ def test_a_short_table_sorts_numbers_as_numbers(read):
     heading.locator("button").click()
     shows(read.locator("#table-1"), 2, ["1,234", "10", "9"])
     assert heading.get_attribute("aria-sort") == "descending"
+
+
+def test_truths_sort_as_words_and_infinite_numbers_as_numbers(read):
+    table = read.locator("figure.table", has_text="Odd.")
+    table.locator("th button").first.click()
+    shows(table, 1, ["no", "no", "yes", "yes"])
+    table.locator("th button").last.click()
+    shows(table, 2, ["–", "-inf", "3", "inf"])
 
 
 def test_a_table_of_5000_rows_is_paged_sorted_filtered_and_downloaded(read, tmp_path):

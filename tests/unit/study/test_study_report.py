@@ -155,5 +155,18 @@ def test_headings_name_units_and_cells_have_four_digits():
     assert [cell(v) for v in (np.nan, 0.012345, 12345.6, True, 3)] == ["–", "0.01235", "12,346", "yes", "3"]
 
 
+def test_a_number_of_many_digits_is_short_and_truth_is_no_number():
+    assert [cell(v) for v in (999_999_999.0, 1e9, -1e300, np.inf, -np.inf, np.True_)] == [
+        "999,999,999",
+        "1e+09",
+        "-1e+300",
+        "inf",
+        "-inf",
+        "yes",
+    ]
+    frame = pd.DataFrame({"level": [True, False], "dose_mgy": [1.0, 2.0], "strategy": ["a", "b"]})
+    assert Listing(frame, "Rows.").kinds == ["label", "number", "label"]
+
+
 def test_a_page_is_the_same_every_time():
     assert page() == page()
