@@ -332,6 +332,55 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
 
 
+@pytest.mark.parametrize("nothing", [np.nan, 0.0, -2.0, np.inf])
+def test_what_is_no_dose_is_neither_less_nor_compared_with(nothing):
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", nothing)])
+    costs, found = asked(given)
+    assert (found.verdict, cost(costs, "gentle", DOSE).costs) == (UNKNOWN, UNKNOWN)
+    assert np.isnan(cost(costs, "gentle", DOSE).value)
+    given = tables(**STANDARD_AND, image=[imaged("standard", nothing), imaged("gentle", 2.0)])
+    costs, found = asked(given)
+    assert "not every loss is known" in sentence(found, costs, LIMITS)
+    rows = limits_table([found], costs, given, KNOWN).set_index("cannot_be_said")
+    why = "the standard strategy, with which it is compared, has no dose"
+    assert rows.because["what less compression does to dose"] == why
+
+
+def test_a_shadow_that_is_not_seen_costs_more_and_has_its_interval_in_order():
+    image = [imaged("standard", 2.0), imaged("gentle", 2.0, cnr_quantum=-0.1)]
+    costs, found = asked(tables(**STANDARD_AND, image=image))
+    row = cost(costs, "gentle", MASS)
+    assert row.low < row.value < row.high < 0
+    assert row.change_low_percent < row.change_percent < row.change_high_percent
+    assert (row.costs, found.verdict) == (MORE, MORE)
+    nothing = [imaged("standard", 2.0), imaged("gentle", 2.0, lesion_pixels=0)]
+    assert cost(asked(tables(**STANDARD_AND, image=nothing))[0], "gentle", MASS).costs == UNKNOWN
+
+
+def test_an_interval_of_photons_that_reaches_below_no_dose_is_no_end_of_the_range():
+    wide = imaged("gentle", 2.2, dose_se_mgy=3.0)
+    given = tables(
+        compression=[*STANDARD_AND["compression"], pressed("least", 60.0, 40.0)],
+        image=[imaged("standard", 2.0), wide, imaged("least", 4.0)],
+    )
+    _, found = asked(given)
+    assert 55 < found.possible_mm < 60
+    assert found.certain_mm < 55
+
+
+def test_what_is_not_known_is_no_number():
+    given = tables(
+        compression=[STANDARD_AND["compression"][0], pressed("gentle", 55.0, np.nan, logarithmic_p95=np.nan)],
+        image=[imaged("standard", 2.0), imaged("gentle", 2.0)],
+    )
+    costs, found = asked(given)
+    words = sentence(found, costs, LIMITS)
+    assert "nan" not in words
+    assert "(55.0 mm, – N)" in words
+    assert words.endswith("strain not known.")
+    assert short_table(costs).force_n.tolist() == ["100", "–"]
+
+
 def test_a_reason_is_told_as_it_stands():
     why = "failed: no series in /scans/$a$/[2020](b)/**c**"
     given = tables(compression=[pressed("standard", 50.0, 100.0, outcome=why)])

@@ -17,16 +17,12 @@ from mammosim.study.report.strategy_costs import (
     MAY,
     MORE,
     UNKNOWN,
+    WORDS,
     LossLimits,
     together,
 )
 from mammosim.study.report.texts import literal
 
-WORDS: Mapping[str, str] = {
-    DOSE: "dose",
-    MASS: "d' of the mass",
-    CALCIFICATIONS: "d' of the calcifications",
-}
 ROLES: Mapping[str, str] = {
     LESS: "the furthest reduced strategy that costs less in all of the interval",
     MAY: "the furthest reduced strategy that may cost less",
@@ -82,7 +78,9 @@ def _force(a: Answer, *to: float) -> str:
 
 
 def _newton(force: float) -> str:
-    """Three digits."""
+    """Three digits, or a dash where nothing is known."""
+    if not np.isfinite(force):
+        return "–"
     return f"{force:.{2 if force < 10 else 1 if force < 100 else 0}f}"
 
 
@@ -95,7 +93,9 @@ def _shown(a: Answer, rows: pd.DataFrame) -> str:
 
 
 def change_words(row: pd.Series) -> str:
-    """A change in percent with its interval: '+147 % (140 to 154)'."""
+    """A change in percent with its interval: '+147 % (140 to 154)'; that it is not known where it is not."""
+    if not np.isfinite(row.change_percent):
+        return "not known"
     low, high = row.change_low_percent, row.change_high_percent
     inside = f" ({percent(low)} to {percent(high)})" if np.isfinite(low) and low < high else ""
     return f"{percent(row.change_percent)} %{inside}"
