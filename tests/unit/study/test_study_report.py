@@ -111,6 +111,14 @@ def test_every_section_is_in_the_table_of_contents():
         assert f'id="{anchor}"' in page()
 
 
+def test_a_title_in_any_script_has_a_place_of_its_own():
+    html = report("M", (Section("Ответ"), Section("Größe, mm")), numbers={})
+    for anchor in ("ответ", "größe-mm"):
+        assert f'href="#{anchor}"' in html
+        assert f'id="{anchor}"' in html
+    assert cell("[Ответ](#ответ)") == '<a href="#ответ">Ответ</a>'
+
+
 def test_figures_and_tables_are_numbered_through():
     assert [*re.findall(r"<b>(Figure \d|Table \d)\.", page())] == ["Figure 1", "Table 1", "Figure 2"]
 

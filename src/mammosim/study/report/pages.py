@@ -26,7 +26,7 @@ UNITS: Mapping[str, str] = {
     "mgy": "mGy", "ugy": "µGy", "mas": "mAs", "kev": "keV", "deg": "°", "percent": "%", "s": "s", "mb": "MB",
     "mj": "mJ", "ev": "eV",
 }  # fmt: skip
-LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
+LINK = re.compile(r"\[([^\]]+)\]\((#[\w-]+|[a-z0-9_]+\.html)\)")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
 LONG = 1e9  # numbers from which their digits are not written out
@@ -138,7 +138,7 @@ class Section:
     @property
     def anchor(self) -> str:
         """Where the table of contents points to."""
-        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
+        return re.sub(r"[\W_]+", "-", self.title.lower()).strip("-")
 
 
 def report(
