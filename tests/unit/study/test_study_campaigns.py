@@ -164,6 +164,16 @@ def test_points_that_a_condition_excludes_are_left_out():
         (f"vary: {{{GLAND}: {{from: 1, to: {10**400}, number: 3}}}}", "is no finite number"),
         (f"vary: {{{GLAND}: [1, null]}}", "has an empty value; name it, as {named: {none: null"),
         ("vary: {load.paddle: {named: {'': standard}}}", "an empty name; write one"),
+        ('vary: {load.paddle: {named: {"a\\rb": standard}}}', r"has 'a\rb': no line of a table has"),
+        ('vary: {load.paddle: [standard, "a\\nb"]}', r"has 'a\nb': no line of a table has such a character"),
+        (
+            f"vary: {{{GLAND}: {{from: 1, to: 1.0000001}}}}\ndesign: {{sobol: 16}}",
+            "1 and 1.0000001 are one value of 6 digits; widen it",
+        ),
+        (
+            "vary: {tissues.skin.thickness_mm: [1, 2], tissues.skin: {named: {thin: {}}}}",
+            "vary.tissues.skin.thickness_mm is inside vary.tissues.skin, whose values would take its place",
+        ),
         (f"vary: {{{GLAND}: {{from: 1, to: 1.00002, number: 9}}}}", "has 3 values of 6 digits and not 9"),
         (f"vary: {{{GLAND}: {{from: 1, to: 2}}}}\ndesign: {{saltelli: 1}}", "saltelli = 1: no interval"),
         ("vary: {load.paddle: [{tilting: {stiffness_n_mm_per_rad: 1}}]}", "name it, as {named:"),
@@ -221,6 +231,11 @@ def test_a_file_that_cannot_be_meant_is_refused_in_one_line_with_its_key(text, w
         (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND} > 0']", "exclude leaves no point"),
         (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND} > \"a\"']", "cannot be decided"),
         (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND}']", "neither true nor false"),
+        (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['not {GLAND}']", "1 is neither true nor false; correct it"),
+        (
+            f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND} == 1 or 2']",
+            "2 is neither true nor false; correct",
+        ),
         (f'vary: {{{GLAND}: [1, 2]}}\nexclude: [\'"a" * 999999999 == "b"\']', "'a' is no number"),
     ],
 )
@@ -322,6 +337,11 @@ def test_paddle_strategy_and_thickness_make_one_load(known):
     assert set(alone) == {"load.tissues"}
     with pytest.raises(ConfigurationError, match="a paddle stops by one of them"):
         changes({"load.until.force_n": 50, "load.until.thickness_share": 1}, base, known)
+
+
+def test_single_values_may_be_changed_of_a_file_of_tissues(case, known):
+    points = planned(f"vary: {{{GLAND}: [3, 4], tissues: [standard, layered]}}", case, known)
+    assert len({point.name for point in points}) == 4
 
 
 def test_sets_of_moduli_are_taken_by_their_names(known):
