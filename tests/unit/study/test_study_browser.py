@@ -38,7 +38,8 @@ def folder(tmp_path_factory, block) -> Path:
     bodies = [Body("measured", "prone", mesh), Body("pressed", EVIL, moved, strained, pressure)]
     (home / "view/ada.js").write_text(script("ada", bodies, [f"supine is missing: {EVIL}"]), encoding="utf-8")
     colours = dict.fromkeys(Label, "#b5487f")
-    text = view_page("Bodies", ["ada", "bea"], colours=colours, footer={"Date": "today"})
+    (home / "view/cora.js").write_text(script("cora", [], ["prone is missing"]), encoding="utf-8")
+    text = view_page("Bodies", ["ada", "bea", "cora"], colours=colours, footer={"Date": "today"})
     (home / "view.html").write_text(text, encoding="utf-8")
     return home
 
@@ -286,3 +287,24 @@ def test_bodies_turn_by_keys_and_buttons_and_faults_are_told(bodies, viewed):
     viewed.select_option("#volunteer", "bea")
     viewed.wait_for_function("told.textContent.includes('view/bea.js is not beside this page')")
     bodies.wrong.clear()  # the browser tells of the file that is not there
+
+
+@pytest.mark.parametrize("name", ["bea", "cora"])
+def test_where_there_is_no_body_every_control_does_nothing(bodies, viewed, name):
+    """cora has a file without bodies, bea has none."""
+    viewed.select_option("#volunteer", "ada")
+    viewed.wait_for_function("told.textContent.includes('faces')")
+    viewed.select_option("#volunteer", name)
+    viewed.wait_for_function("/no body of cora|bea.js is not beside/.test(told.textContent)")
+    bodies.wrong.clear()
+    assert viewed.locator("#body option").count() == viewed.locator("#field option").count() == 0
+    viewed.fill("#cut", "40")
+    for turn in ("reset", "20 0"):
+        viewed.click(f"[data-turn='{turn}']")
+    viewed.locator("#plot").focus()
+    viewed.keyboard.press("ArrowLeft")
+    viewed.select_option("#axis", "1")
+    viewed.wait_for_timeout(50)
+    assert bodies.wrong == []
+    viewed.select_option("#volunteer", "ada")
+    viewed.wait_for_function("told.textContent.includes('faces')")
