@@ -150,13 +150,17 @@ def test_a_network_weighs_and_hangs_as_the_solid_of_its_modulus_does_roughly():
     assert moved[1] == pytest.approx(moved[0], rel=0.25)
 
 
-@pytest.fixture(scope="module")
-def on_ribs():
-    """A quarter ring of 12 mm on a cylinder about z with semi-axes 140 and 100, turned by a few degrees."""
-    mesh = box((14, 2, 5), (1.0, 1.0, 1.0), posterior_axis=1)
+def ring(columns, off_mm=0.0):
+    """A quarter ring of 12 mm on a cylinder about z with semi-axes 140 and 100, turned by a few degrees.
+
+    columns: of cells along the ring; off_mm: (columns + 1,) of its inner side from the cylinder. And how many
+    faces lie on its inner side.
+    """
+    mesh = box((columns, 2, 5), (1.0, 1.0, 1.0), posterior_axis=1)
     s, t, z = mesh.points.T
     angle = np.radians(-135 + 90 * s)
-    points = np.stack([(140 + 12 * t) * np.cos(angle), (100 + 12 * t) * np.sin(angle), 100 * z - 50], axis=1)
+    t = 12 * t + (1 - t) * np.interp(s * columns, np.arange(columns + 1), off_mm + np.zeros(columns + 1))
+    points = np.stack([(140 + t) * np.cos(angle), (100 + t) * np.sin(angle), 100 * z - 50], axis=1)
     turn = rotation(np.array([2.0, -1.5, 2.5]))
     faces = mesh.boundaries
     rim = np.array([f for f in faces["skin"] if np.ptp(mesh.points[f, 2]) == 0])
@@ -175,6 +179,34 @@ def on_ribs():
     return TetMesh(bent.points, cells, mesh.tissue, {"skin": skin, "posterior": np.vstack([ribs, rim])}), len(
         ribs
     )
+
+
+@pytest.fixture(scope="module")
+def on_ribs():
+    return ring(14)
+
+
+def test_what_stands_off_the_ribs_or_is_steep_is_not_on_them():
+    """Columns of 3.7 mm: a shelf of 4 mm behind slopes of 28 degrees, steps of 47, a shelf of 8 mm."""
+    off = np.zeros(57)
+    off[6:13] = [2, 4, 4, 4, 4, 4, 2]
+    off[25:27] = 4
+    off[40:49] = [2, 4, 6, 8, 8, 8, 6, 4, 2]
+    mesh, _ = ring(56, off)
+    column = np.searchsorted(np.linspace(0, 1, 57), along_the_ring(mesh, ribs_of(mesh).faces)) - 1
+    found = set(column)
+    assert {*range(5, 13)} <= found, "slopes and shelf of 4 mm"
+    assert not {24, 26} & found, "steps"
+    assert {25} <= found, "between the steps"
+    assert not {43, 44} & found, "shelf of 8 mm"
+    assert {0, 20, 30, 55} <= found
+
+
+def along_the_ring(mesh, faces):
+    """From 0 to 1, of the middles of faces."""
+    turn = rotation(np.array([2.0, -1.5, 2.5]))
+    x, y, _ = (mesh.points[faces[:, :3]].mean(axis=1) @ turn).T
+    return (np.degrees(np.arctan2(y / 100, x / 140)) + 135) / 90
 
 
 def test_the_ribs_are_found_behind_a_body_and_the_cuts_are_none(on_ribs):
