@@ -42,11 +42,14 @@ def read_rows(path: str | Path, *, by_hand: bool = False, names: Iterable[str] =
     """As read_table, with the rows of results that are missing.
 
     by_hand: a person wrote it, whose last line may have no end; names: columns that hold text, even '007'.
-    Raises DamagedTable (by_hand: TableError) when the table is cut short or damaged: no header, no end of its
-    last line, a row with more or fewer cells than there are columns, a quotation mark without its fellow,
-    no UTF-8.
+    Raises DamagedTable (by_hand: TableError) when the table is gone, cut short or damaged: no header, no end
+    of its last line, a row with more or fewer cells than there are columns, a quotation mark without its
+    fellow, no UTF-8.
     """
-    text = Path(path).read_bytes()
+    try:
+        text = Path(path).read_bytes()
+    except OSError as error:
+        raise _damaged(by_hand)(f"{path} cannot be read: {error.strerror}; {AGAIN}") from None
     _require_whole(text, path, by_hand)
     kinds = dict.fromkeys(names, str)
     try:

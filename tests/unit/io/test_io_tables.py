@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.core.errors import TableError
+from mammosim.core.errors import DamagedTable, TableError
 from mammosim.io.atomic import replacing
 from mammosim.io.tables import HOLDING_DIGITS, read_json, read_rows, read_table, write_json, write_table
 
@@ -147,3 +147,14 @@ def test_values_that_are_cut_short_are_rejected(tmp_path: Path) -> None:
         (tmp_path / "v.json").write_bytes(whole[:end])
         with pytest.raises(TableError, match=r"v\.json is cut short or damaged.*run the stage"):
             read_json(tmp_path / "v.json")
+
+
+def test_a_table_that_is_gone_is_named_and_fails_its_reader(tmp_path: Path) -> None:
+    """As one that is damaged: a table of the study that nobody finds is no result that is missing."""
+    with pytest.raises(
+        DamagedTable, match=r"gone\.csv cannot be read: No such file or directory; delete it and"
+    ):
+        read_table(tmp_path / "gone.csv")
+    with pytest.raises(TableError, match=r"cannot be read: Is a directory") as caught:
+        read_table(tmp_path, by_hand=True)
+    assert not isinstance(caught.value, DamagedTable)

@@ -9,7 +9,16 @@ from markupsafe import escape
 from PIL import Image
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, report
+from mammosim.study.report.pages import (
+    Listing,
+    Picture,
+    Section,
+    alternative,
+    cell,
+    heading,
+    report,
+    size_words,
+)
 from mammosim.study.report.texts import literal, paragraphs, quoted, words
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
@@ -160,7 +169,41 @@ def test_headings_name_units_and_cells_have_four_digits():
     assert heading("mgy_per_mas") == "mGy/mAs"
     assert heading("hvl_behind_mm_al") == "hvl behind (mm Al)"
     assert heading("energy_mj") == "energy (mJ)"
+    assert heading("hvl_mm_al") == "hvl (mm Al)"
     assert [cell(v) for v in (np.nan, 0.012345, 12345.6, True, 3)] == ["–", "0.01235", "12,346", "yes", "3"]
+
+
+def test_a_page_says_what_it_weighs():
+    assert [size_words(size) for size in (1_499, 999_400, 1e6, 2_350_000)] == [
+        "1 kB",
+        "999 kB",
+        "1.0 MB",
+        "2.4 MB",
+    ]
+
+
+def test_a_picture_that_is_not_seen_is_told_by_the_first_sentence_of_its_caption():
+    caption = "Dose of **each** breast [@a1]; $x$ in `mm`. Bars: intervals. Dashed: the limit."
+    assert alternative(Picture(b"", caption)) == "Dose of each breast;"
+
+
+@pytest.mark.parametrize(
+    ("rows", "anchors", "cells", "paged"),
+    [
+        (12, "", "plain", False),
+        (13, "", "plain", True),
+        (13, "name", "plain", False),
+        (13, "", "[linked](#there)", False),
+    ],
+)
+def test_a_long_table_is_paged_unless_a_text_or_a_cell_links(rows, anchors, cells, paged):
+    listing = Listing(pd.DataFrame({"name": [cells] * rows}), "All.", anchors=anchors)
+    assert listing.paged is paged
+
+
+@pytest.mark.parametrize(("letters", "kind"), [(30, "label"), (31, ""), (60, ""), (61, "prose")])
+def test_sentences_have_a_column_of_their_own_and_labels_one_line(letters, kind):
+    assert Listing(pd.DataFrame({"why": ["short", "x" * letters]}), "Rows.").kinds == [kind]
 
 
 def test_a_number_of_many_digits_is_short_and_truth_is_no_number():
