@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
@@ -141,6 +141,16 @@ def write_json(values: Any, path: str | Path) -> None:
     text = json.dumps(values, indent=1, ensure_ascii=False, allow_nan=False, default=_plain)
     with replacing(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def write_numbers(numbers: Mapping[str, Any], path: str | Path) -> None:
+    """What the texts of a page quote, by name: None for what is no finite number, which a text leaves out."""
+    write_json({name: _known(value) for name, value in numbers.items()}, path)
+
+
+def _known(value: Any) -> Any:
+    number = isinstance(value, (float, np.floating))
+    return None if value is None or (number and not np.isfinite(value)) else value
 
 
 def _plain(value: Any) -> Any:
