@@ -49,3 +49,15 @@ def test_what_is_no_number_is_none_and_every_other_one_is_there(script, tmp_path
     assert found.keys() == whole.keys()
     assert [found[name] for name in lost] == [None] * len(lost)
     assert found["headline.penetration_max_mm"] == 0.1
+
+
+def test_where_nobody_was_pressed_every_number_is_none(script, tmp_path):
+    """Each row stands in the place of a missing result: its keys, and why."""
+    whole = collected(script, tmp_path)
+    keys = PRESSED[["volunteer", "side", "strategy", "moduli"]]
+    write_table(keys.assign(outcome="missing: mesh ada prone: no breast"), tmp_path / "compression.csv")
+    script("collect_numbers").main([str(tmp_path / "compression.csv")], str(tmp_path / "numbers.json"))
+    found = read_json(tmp_path / "numbers.json")
+    assert found.keys() == {name for name in whole if name.startswith("headline.")}
+    assert found["headline.strategies_unsolved"] == 3
+    assert found["headline.pressure_max_kpa"] is found["headline.standard_force_least_n"] is None
