@@ -297,6 +297,44 @@ def test_where_nothing_is_interpolated_a_range_ends_only_if_a_limit_is_met():
     assert (beyond.certain, beyond.ended) == (50.0, True)
 
 
+def test_a_loss_that_is_just_what_is_allowed_ends_no_range():
+    t = np.array([50.0, 55.0, 60.0])
+    for loss in ([0.0, 5.0, 5.0], [0.0, 5.0, 3.0]):
+        found = reach(t, np.array(loss), np.array(loss), 5.0, growing=False)
+        assert (found.certain, found.possible, found.ended) == (60.0, 60.0, False)
+
+
+def test_a_range_may_end_beyond_the_first_strategy():
+    t, loss = np.array([50.0, 55.0, 60.0]), np.array([0.0, 4.0, 8.0])
+    found = reach(t, loss, loss, 6.0, growing=False)
+    assert (found.certain, found.possible, found.ended) == (57.5, 57.5, True)
+
+
+def test_a_loss_of_which_one_end_is_not_known_is_left_out():
+    t, loss = np.array([50.0, 55.0, 60.0]), np.array([0.0, 4.0, 8.0])
+    for low, high in ((loss, [0.0, np.nan, 8.0]), ([0.0, np.nan, 8.0], loss)):
+        found = reach(t, np.array(low), np.array(high), 4.0, growing=False)
+        assert (found.certain, found.possible) == (55.0, 55.0)
+
+
+def test_what_is_told_is_the_furthest_that_costs_less_or_the_least_that_costs_more():
+    rows = [pressed("standard", 50.0, 100.0), *(pressed(f"way{mm}", float(mm), 80.0) for mm in (55, 60, 65))]
+
+    def found(*doses):
+        images = [imaged("standard", 2.0), *(imaged(f"way{mm}", D) for mm, D in zip((55, 60, 65), doses))]
+        return asked(tables(compression=rows, image=images))[1]
+
+    assert (found(2.01, 2.02, 4.0).verdict, found(2.01, 2.02, 4.0).shown) == (LESS, "way60")
+    assert (found(3.0, 3.5, 4.0).verdict, found(3.0, 3.5, 4.0).shown) == (MORE, "way55")
+
+
+def test_the_force_of_the_standard_is_told_with_what_is_known_of_it():
+    rows = [*STANDARD_AND["compression"], pressed("standard", 50.0, 500.0, "compression")]
+    found = asked(tables(compression=rows))[1]
+    assert (found.standard_mm, found.standard_n) == (50.0, 100.0)
+    assert (found.standard_low_n, found.standard_high_n) == (100.0, 500.0)
+
+
 def test_values_that_only_fall_are_monotone_within_their_intervals():
     assert monotone(np.array([4.0, 2.0, 0.0]), np.array([5.0, 3.0, 1.0]))
     assert not monotone(np.array([4.0, 0.0, 2.0]), np.array([5.0, 1.0, 3.0]))
