@@ -43,6 +43,7 @@ NO_NUMBERS: tuple[tuple[str, str], ...] = (
 PATTERNS: Mapping[str, str] = {
     "^[a-z0-9]+$": "lower case letters and digits",
     "^[a-z0-9_]+$": "lower case letters, digits and _",
+    "^[a-z0-9_]{1,60}$": "lower case letters, digits and _ (60 at most)",  # a part of names of files
     "^[a-z0-9_.]+$": "lower case letters, digits, _ and .",
 }
 TYPES: Mapping[str, str] = {
