@@ -419,6 +419,27 @@ def test_what_is_not_known_is_no_number():
     assert short_table(costs).force_n.tolist() == ["100", "–"]
 
 
+def test_small_doses_and_detectabilities_are_known():
+    small = {"dose_mgy": 0.5, "cnr_quantum": 0.01, "calcification_d_expected": 0.2}
+    image = [imaged("standard", 0.5) | small, imaged("gentle", 0.5) | small | {"dose_mgy": 0.51}]
+    costs, found = asked(tables(**STANDARD_AND, image=image), Numerical(1.0, 1.0, 1.0))
+    assert found.verdict == LESS
+    standard = costs[(costs.strategy == "standard") & costs["quantity"].isin([DOSE, MASS, CALCIFICATIONS])]
+    assert standard.change_percent.tolist() == standard.change_low_percent.tolist() == [0.0] * 3
+    assert cost(costs, "gentle", DOSE).change_percent == pytest.approx(2.0)
+
+
+def test_numerical_errors_are_percent_of_the_value():
+    N = 200
+    image = pd.DataFrame([imaged("standard", 2.0, lesion_pixels=N)])
+    (found,) = seen(image, Numerical(dose=3.0, contrast=4.0, calcification=5.0)).to_dict("records")
+    assert found[f"{DOSE}_half"] == pytest.approx(0.03)
+    assert found[f"{CALCIFICATIONS}_half"] == pytest.approx(0.05)
+    # Pixels on the rim count by even chance, and d' goes with the root of the number of all.
+    counted = QUANTILE * np.sqrt(2 * np.sqrt(np.pi * N) * 0.5 * 0.5) / N / 2
+    assert found[f"{MASS}_half"] == pytest.approx(np.hypot(counted, 0.04))
+
+
 def test_a_reason_is_told_as_it_stands():
     why = "failed: no series in /scans/$a$/[2020](b)/**c**"
     given = tables(compression=[pressed("standard", 50.0, 100.0, outcome=why)])
