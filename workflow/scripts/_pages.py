@@ -67,9 +67,3 @@ def now() -> str:
 def footer(provenance: str, jobs: pd.DataFrame | None = None) -> dict[str, str]:
     """What made a page, of the file results/study/provenance.json."""
     return made_words(read_json(provenance), date=now(), jobs=jobs)
-
-
-def benchmarks(folder: Path) -> pd.DataFrame:
-    """What Snakemake measured of every job so far: rule, s, cpu_time, max_rss, ..."""
-    parts = [pd.read_table(path).assign(rule=path.parent.name) for path in sorted(folder.glob("*/*.tsv"))]
-    return pd.concat(parts, ignore_index=True)

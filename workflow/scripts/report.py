@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import _benchmarks
 import _log
 import _pages
 import _yaml
@@ -34,7 +35,7 @@ def main(files: dict, title: str, out: dict[str, str]) -> None:
     numbers = read_json(files["numbers"])
     for path in of_pages[".json"]:
         numbers |= read_json(path)
-    jobs = _pages.benchmarks(Path("results/benchmarks"))
+    jobs = _benchmarks.benchmarks(Path("results/benchmarks"))
     write_figure(time_and_memory(jobs), out["cost"])
     csv = [*files["tables"], *of_pages[".csv"]]
     frames, made = tables(files, csv) | {"sources": listed}, [Path(path).stem for path in of_pages[".json"]]

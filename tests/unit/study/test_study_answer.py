@@ -485,6 +485,8 @@ def test_a_strategy_that_was_not_x_rayed_says_what_it_does_and_not_what_it_costs
     words = sentence(found, costs, LIMITS)
     assert "no strategy with less compression than the standard has an image and a dose" in words
     assert "what it costs is not known; strain −9.1 %" in words
+    row = limits_table([found], costs, given, KNOWN).iloc[0]
+    assert (row.cannot_be_said, row.because) == (FAR, found.why)
 
 
 def test_missing_rows_say_why_and_leave_the_others_alone():
