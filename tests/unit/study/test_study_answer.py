@@ -330,9 +330,13 @@ def test_what_is_told_is_the_furthest_that_costs_less_or_the_least_that_costs_mo
 
 def test_the_force_of_the_standard_is_told_with_what_is_known_of_it():
     rows = [*STANDARD_AND["compression"], pressed("standard", 50.0, 500.0, "compression")]
-    found = asked(tables(compression=rows))[1]
+    costs, found = asked(tables(compression=rows))
     assert (found.standard_mm, found.standard_n) == (50.0, 100.0)
     assert (found.standard_low_n, found.standard_high_n) == (100.0, 500.0)
+    told = "At 50.0 mm the force is between 100 and 500 N, by what is known of her moduli."
+    assert sentence(found, costs, LIMITS).endswith(told)
+    costs, alone = asked(tables(**STANDARD_AND))
+    assert "the force is between" not in sentence(alone, costs, LIMITS)
 
 
 def test_values_that_only_fall_are_monotone_within_their_intervals():
