@@ -595,6 +595,31 @@ def test_what_was_chosen_for_her_is_named():
     assert table.because.str.contains("only moduli times 2 carry her weight").sum() == 1
 
 
+def test_each_breast_is_told_by_its_own_rows():
+    places = {("ada", "left"): 5.0, ("ada", "right"): 50.0, ("bea", "left"): 500.0}
+    rows, images = [], []
+    for (volunteer, side), newton in places.items():
+        where = {"volunteer": volunteer, "side": side}
+        rows += [pressed("standard", 50.0, 1.5 * newton, **where), pressed("gentle", 55.0, newton, **where)]
+        images += [imaged("standard", 2.0, **where), imaged("gentle", 2.0 + newton / 100, **where)]
+    given = tables(compression=rows, image=images)
+    known = breasts(given)
+    costs = strategy_costs(known, numerical=EXACT, limits=LIMITS)
+    found = answers(costs, known, LIMITS, asked=[*places, ("bea", "right")], why_not={})
+    told = [sentence(each, costs, LIMITS) for each in found]
+    for words, who, force, change in zip(
+        told, ("ada, left", "ada, right", "bea, left"), ("5.00", "50.0", "500"), ("+2.5", "+25", "+250")
+    ):
+        assert words.startswith(f"**{who}: thickness may rise")
+        assert f"`gentle` (55.0 mm, {force} N)" in words
+        assert f"dose {change} %" in words
+    assert (
+        told[-1]
+        == "**bea, right: it cannot be said how far compression can be reduced**: it was not pressed."
+    )
+    assert [each.standard_n for each in found[:3]] == [7.5, 75.0, 750.0]
+
+
 def test_changes_have_a_sign_and_two_digits():
     assert [percent(each) for each in (147.4, -30.04, 5.74, -0.8, 9.96)] == [
         "+147",
