@@ -65,13 +65,36 @@ class FreeBelow(IncrementalBody):
         return held
 
 
-def test_plates_press_a_block_by_the_integral_of_its_increments(block):
-    """dF = E A dl / l, A = A0 (l0 / l)^(2 nu): F = E A0 / (2 nu) ((l0 / l)^(2 nu) - 1)."""
-    E, nu, l0, l = 2.0, 0.25, 20.0, 14.0
+@pytest.fixture
+def between(block):
+    """The block with skin all around it, and plates that meet it at 20 mm."""
     all_around = np.vstack([*block.boundaries.values()])
     free = replace(block, boundaries={"skin": all_around, "posterior": block.boundaries["posterior"]})
     plates = Plates.covering(free.points, direction=UP, outward=np.array([1.0, 0.0, 0.0]))
     plates = replace(plates, centre=np.array([15.0, 15.0, 10.0]), half_sizes=np.array([80.0, 80.0, 10.0]))
+    return free, plates
+
+
+@pytest.mark.parametrize("increments", [1, 3])
+def test_plates_close_in_even_increments_and_hardly_sink_in(between, increments):
+    free, plates = between
+    body = FreeBelow(tissue(2.0, 0.25), increments=increments)
+    rows = pressed_in_increments(free, body, plates=plates, thickness_mm=18.5)
+    assert rows.thickness_mm.tolist() == pytest.approx(np.linspace(20.0, 18.5, increments + 1)[1:])
+    assert (rows.penetration_mm < 0.1).all()
+    stiff = FreeBelow(tissue(200.0, 0.25), increments=increments)
+    as_far = pressed_in_increments(free, stiff, plates=plates, thickness_mm=18.5).penetration_mm
+    assert as_far.tolist() == pytest.approx(rows.penetration_mm.tolist(), rel=1e-2), "whatever the modulus"
+    with pytest.raises(
+        MechanicsError, match=r"thickness 20 mm is not below 20\.0 mm, where the plates first"
+    ):
+        pressed_in_increments(free, body, plates=plates, thickness_mm=20.0)
+
+
+def test_plates_press_a_block_by_the_integral_of_its_increments(between):
+    """dF = E A dl / l, A = A0 (l0 / l)^(2 nu): F = E A0 / (2 nu) ((l0 / l)^(2 nu) - 1)."""
+    E, nu, l0, l = 2.0, 0.25, 20.0, 14.0
+    free, plates = between
     rows = pressed_in_increments(free, FreeBelow(tissue(E, nu), increments=60), plates=plates, thickness_mm=l)
     force_n = E * 900.0 / (2 * nu) * ((l0 / l) ** (2 * nu) - 1) / 1e3
     # Forward increments of 0.1 mm: half a step of dF/dl; contact of 1 % of a step.
