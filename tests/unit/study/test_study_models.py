@@ -234,6 +234,29 @@ def test_its_body_is_of_its_law(made, name, kind):
     assert type(made(name)["body"]) is kind
 
 
+@pytest.mark.parametrize(
+    ("name", "on_ribs"),
+    [
+        ("han2012", {}),
+        ("carter2012", {"Slides": ("sliding", "normal_kpa_per_mm", "tangential_kpa_per_mm")}),
+        ("gamage2012", {"ChestWall": ("chest_wall", "penalty_kpa_per_mm")}),
+        (
+            "mira2018",
+            {
+                "Slides": ("sliding", "normal_kpa_per_mm", "tangential_kpa_per_mm"),
+                "ChestWall": ("chest_wall", "penalty_kpa_per_mm"),
+            },
+        ),
+    ],
+)
+def test_it_slides_on_the_ribs_and_cannot_pass_them_as_its_file_says(made, repository, name, on_ribs):
+    parts = {type(part).__name__: part for part in made(name)["body"].parts}
+    assert {"Slides", "ChestWall"} & set(parts) == set(on_ribs)
+    for kind, (effect, *numbers_of) in on_ribs.items():
+        given = model(repository, name).settings[effect]
+        assert {each: getattr(parts[kind], each) for each in numbers_of} == given
+
+
 def test_its_force_is_that_at_the_distance_of_the_plates_that_was_asked_for(made):
     by_increments = made("azar2002", increments=3).with_settings({"load.thickness_mm": 78.0})
     assert by_increments["force"].thickness_mm == 78.0
