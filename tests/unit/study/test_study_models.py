@@ -227,6 +227,17 @@ def test_water_leaves_little_of_the_weight(made):
     assert 0.05 < wet["nipple_prone_mm"] < 0.5 * free["stress_free_moved_mm"]
 
 
+def test_water_that_ends_before_the_ribs_carries_less(made):
+    """The nearer its surface is to the nipple, the more of the breast hangs as it did in air."""
+
+    def moved(before_ribs_mm):
+        water = {"density_g_cm3": 1.0, "before_ribs_mm": before_ribs_mm}
+        chain = made("rajagopal2007", settings={"water": water})
+        return np.abs(chain["unloaded"].mesh.points - chain["mesh"].points).max()
+
+    assert moved(40.0) < 0.9 * moved(0.0)
+
+
 @pytest.mark.parametrize(
     ("name", "kind"), [("azar2002", IncrementalBody), ("patete2013", NetworkBody), ("mira2018", Body)]
 )
