@@ -24,29 +24,47 @@ def plain(text: str) -> str:
     return "\n".join(lines)
 
 
-def parted(arguments: str) -> list[str]:
-    """The arguments of a call, one by one: split at commas that are in no bracket."""
-    parts, depth = [""], 0
-    for letter in arguments:
-        depth += (letter in "([{") - (letter in ")]}")
-        if letter == "," and not depth:
-            parts += [""]
-        else:
-            parts[-1] += letter
-    annotated = [part.strip() for part in parts if part.strip()]
-    return [re.sub(r"(?<=: )(.*?) ?= ?", r"\1 = ", part) for part in annotated]
+class _Unquoted(ast.NodeTransformer):
+    """An annotation without the quotes of a class that stands further below."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        """What is inside, but for the words of a Literal."""
+        return node if ast.unparse(node.value) == "Literal" else self.generic_visit(node)
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        """The name itself."""
+        return ast.parse(node.value, mode="eval").body if isinstance(node.value, str) else node
+
+
+def annotated(name: str, annotation: ast.expr | None, default: ast.expr | None = None) -> str:
+    """'name: annotation = default', as far as there are both."""
+    typed = f"{name}: {ast.unparse(_Unquoted().visit(annotation))}" if annotation else name
+    return f"{typed} = {ast.unparse(default)}" if default else typed
+
+
+def arguments(given: ast.arguments) -> list[str]:
+    """The arguments of a call as they are typed, without self and cls."""
+    by_place = [*given.posonlyargs, *given.args]
+    defaults = [*[None] * (len(by_place) - len(given.defaults)), *given.defaults]
+    parts = [annotated(each.arg, each.annotation, value) for each, value in zip(by_place, defaults)]
+    parts = parts[1:] if parts[:1] in (["self"], ["cls"]) else parts
+    if given.vararg:
+        parts += [f"*{annotated(given.vararg.arg, given.vararg.annotation)}"]
+    elif given.kwonlyargs:
+        parts += ["*"]
+    by_name = zip(given.kwonlyargs, given.kw_defaults)
+    parts += [annotated(each.arg, each.annotation, value) for each, value in by_name]
+    return parts + ([f"**{annotated(given.kwarg.arg, given.kwarg.annotation)}"] if given.kwarg else [])
 
 
 def signature(function: Function, name: str) -> str:
     """The call as it is typed, an argument a line where it is long."""
-    returned = f" -> {ast.unparse(function.returns)}" if function.returns else ""
-    arguments = re.sub(r"^(self|cls)(, )?", "", ast.unparse(function.args))
+    returned = f" -> {ast.unparse(_Unquoted().visit(function.returns))}" if function.returns else ""
+    parts = arguments(function.args)
     is_value = any(ast.unparse(each) == "property" for each in function.decorator_list)
-    arguments = ", ".join(parted(arguments))
-    call = f"{name}{'' if is_value else f'({arguments})'}{returned}"
+    call = f"{name}{returned}" if is_value else f"{name}({', '.join(parts)}){returned}"
     if len(call) > LONGEST:
-        call = "\n".join([f"{name}(", *(f"    {each}," for each in parted(arguments)), f"){returned}"])
-    call = re.sub(r"'(\w+)'", r"\1", call) if "->" in call else call
+        call = "\n".join([f"{name}(", *(f"    {each}," for each in parts), f"){returned}"])
     return f"```python\n{call}\n```\n"
 
 
@@ -55,7 +73,8 @@ def described(node: ast.AST, name: str) -> list[str]:
     text = plain(ast.get_docstring(node) or "")
     if isinstance(node, Function):
         return [signature(node, name), text]
-    fields = [f"    {ast.unparse(each)}" for each in node.body if isinstance(each, ast.AnnAssign)]
+    typed = [each for each in node.body if isinstance(each, ast.AnnAssign)]
+    fields = [f"    {annotated(ast.unparse(each.target), each.annotation, each.value)}" for each in typed]
     lines = ["\n".join(["```python", f"class {name}:", *fields, "```"])] if fields else []
     lines += [text]
     for each in node.body:

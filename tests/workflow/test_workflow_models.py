@@ -38,6 +38,14 @@ def mine(study, tmp_path):
             "config/models/mine.yaml: tissues = 'wool': not in config/tissues; take one of",
         ),
         ({"tissues": {"tissues": {}}}, "config/models/mine.yaml: no parameters for tissue 'adipose'"),
+        (
+            {"tissues": "../tissues/standard"},
+            "config/models/mine.yaml: tissues = '../tissues/standard': not in",
+        ),
+        (
+            {"tissues": {"tissues": {"adipose": {"youngs_modulus_kpa": -1.0}}}},
+            "config/models/mine.yaml: tissues.tissues.adipose.youngs_modulus_kpa = -1.0: must be",
+        ),
         ({"effects": ["sliding"]}, "config/models/mine.yaml: settings.sliding is not there"),
     ],
 )
@@ -47,6 +55,14 @@ def test_a_model_that_cannot_be_meant_is_one_line_that_names_its_file(mine, chan
     assert result.returncode != 0
     assert words in said
     assert "Traceback" not in said
+
+
+def test_two_models_of_one_title_are_told_apart_by_nobody(mine, study, tmp_path):
+    both = tmp_path / "both.yaml"
+    both.write_text("models: {names: [mine, han2012]}\n")
+    result = mine("--configfile", str(both), "--dry-run", "--quiet", "all", "--", "models")
+    assert result.returncode != 0
+    assert "config/models/mine.yaml and config/models/han2012.yaml have the same title" in result.stdout
 
 
 def test_a_model_of_ones_own_is_planned_with_what_it_begins_with(mine):

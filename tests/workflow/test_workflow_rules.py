@@ -212,7 +212,10 @@ def test_settings_that_cannot_be_meant_stop_before_the_first_job(study, tmp_path
         "xray": ({"strategies": ["standard", "squash"]}, "'squash' is not in compression.strategies"),
         "compression": ({"strategies": ["standard", "hug"]}, "'hug' is not in the file of compression."),
         "scenes": ({"coarse": "exact"}, "'exact' is not in study and config/accuracy"),
-        "digital": ({"women": {"Ada": {"seed": 3}}}, "has lower case letters, digits and _ only; write ada"),
+        "digital": (
+            {"women": {"Ada": {"seed": 3}}},
+            "has lower case letters, digits and _ (60 at most) only; write ada",
+        ),
         "mesh": ({"behind_markers_mm": 0.08}, "was it given in m? Write 80"),
     }
     wrong = tmp_path / "wrong.yaml"

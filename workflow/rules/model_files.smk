@@ -2,6 +2,7 @@
 from mammosim.chain.graph import Chain
 from mammosim.chain.published_stages import shared
 from mammosim.chain.subject import Subject
+from mammosim.io.plain import repeated
 from mammosim.study.models.model import PRODUCTS, Model
 
 SOURCE_KEYS = re.findall(r"^@\w+\{([^,\s]+),", Path(home("config/references.bib")).read_text(encoding="utf-8"), re.MULTILINE)
@@ -15,13 +16,15 @@ def known_model(name):
     values = checked(read_yaml(file), "model", [file])
     tissues = values["tissues"]
     if isinstance(tissues, str):
-        if not Path(home(f"config/tissues/{tissues}.yaml")).exists():
-            known = ", ".join(stems("config/tissues"))
-            raise WorkflowError(f"ConfigurationError: {file}: tissues = {tissues!r}: not in config/tissues; take one of: {known}")
+        if tissues not in (known := stems("config/tissues")):
+            listed = ", ".join(known)
+            raise WorkflowError(
+                f"ConfigurationError: {file}: tissues = {tissues!r}: not in config/tissues; take one of: {listed}"
+            )
         tissues = tissue_table(tissues)
-    else:
-        checked(tissues, "tissues", [file])
     try:
+        inline = {"type": "object", "properties": {"tissues": schema_of("tissues")}}
+        configuration.check_settings({"tissues": tissues}, inline, files=[file])
         configuration.check_tissues(tissues["tissues"], ["adipose", "glandular", "muscle"], file=file)
         model = Model.of(name, values | {"tissues": tissues})
     except ConfigurationError as error:
@@ -31,6 +34,15 @@ def known_model(name):
             f"ConfigurationError: {file}: source = {model.source!r}: config/references.bib has no such key; add the publication"
         )
     return model
+
+
+def known_models(names):
+    """The models by name, each with a title of its own, by which page and figure call it."""
+    found = {name: known_model(name) for name in names}
+    if twice := repeated([model.title for model in found.values()]):
+        whose = " and ".join(f"config/models/{name}.yaml" for name, model in found.items() if model.title == twice[0])
+        raise WorkflowError(f"ConfigurationError: {whose} have the same title, {twice[0]!r}; change one")
+    return found
 
 
 def model_places(wildcards):

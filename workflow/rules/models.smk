@@ -1,6 +1,6 @@
 # Published models of the breast, on demand: all on the same woman, and what each does otherwise than the study.
 PUBLISHED = config["models"]["names"]
-MODELS = {name: known_model(name) for name in PUBLISHED}
+MODELS = known_models(PUBLISHED)
 PAGES["models"] = {"tables": ["models"], "figures": ["models"]}
 
 

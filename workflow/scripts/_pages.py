@@ -5,8 +5,8 @@ from datetime import UTC, datetime
 from os.path import relpath
 from pathlib import Path
 
+import _yaml
 import pandas as pd
-import yaml
 
 from mammosim import __version__
 from mammosim.core.settings import read
@@ -49,8 +49,9 @@ def bibliography(file: str) -> tuple[pd.DataFrame, Sources]:
 
 def layout_of(file: str, sources: Sources) -> Layout:
     """The layout that a file of workflow/report describes, which cites nothing that is not there."""
-    layout = read(Layout, yaml.safe_load(Path(file).read_text(encoding="utf-8")), Path(file).name)
-    require_sources(layout, sources, file=Path(file).name)
+    name = Path(file).name
+    layout = read(Layout, _yaml.read(file, name), name)
+    require_sources(layout, sources, file=name)
     return layout
 
 
@@ -66,9 +67,3 @@ def now() -> str:
 def footer(provenance: str, jobs: pd.DataFrame | None = None) -> dict[str, str]:
     """What made a page, of the file results/study/provenance.json."""
     return made_words(read_json(provenance), date=now(), jobs=jobs)
-
-
-def benchmarks(folder: Path) -> pd.DataFrame:
-    """What Snakemake measured of every job so far: rule, s, cpu_time, max_rss, ..."""
-    parts = [pd.read_table(path).assign(rule=path.parent.name) for path in sorted(folder.glob("*/*.tsv"))]
-    return pd.concat(parts, ignore_index=True)

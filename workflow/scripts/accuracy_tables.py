@@ -4,7 +4,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.atomic import replacing
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.tables import read_table, write_numbers, write_table
 from mammosim.study.accuracy.error_budget import budget, numbers
 from mammosim.study.accuracy.errors import accuracy, orders
 from mammosim.study.accuracy.presets import choices, preset_text, presets
@@ -18,7 +18,7 @@ def main(rows: list[str], limits: dict, out: dict) -> None:
     write_table(orders(table), out["orders"])
     write_table(shares, out["budget"])
     write_table(listed, out["presets"])
-    write_json(numbers(table, shares, listed), out["numbers"])
+    write_numbers(numbers(table, shares, listed), out["numbers"])
     for (preset, choice), path in zip(made.items(), out["files"], strict=True):
         with replacing(path) as temporary:
             temporary.write_text(preset_text(preset, choice))

@@ -6,7 +6,7 @@ from pathlib import Path
 import _log
 
 from mammosim.core.errors import MissingResult
-from mammosim.io.tables import read_rows, read_table, write_json
+from mammosim.io.tables import read_rows, read_table, write_numbers
 from mammosim.study.report.headlines import headlines
 from mammosim.study.report.summary import numbers
 
@@ -51,7 +51,7 @@ def main(paths: list[str], out: str) -> None:
     # Strategies that found no equilibrium are counted.
     rows = {Path(path).stem: read_rows(path) for path in paths if Path(path).stem == "compression"}
     quoted = {name: tables[name].drop(columns=TIMES, errors="ignore") for name in KEYS if name in tables}
-    write_json(headlines(tables | rows) | numbers(quoted, KEYS), out)
+    write_numbers(headlines(tables | rows) | numbers(quoted, KEYS), out)
 
 
 if __name__ == "__main__":

@@ -6,14 +6,14 @@ import sys
 import _log
 import pandas as pd
 
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.tables import read_table, write_numbers, write_table
 from mammosim.study.hard_cases.cases import numbers, unexpected
 
 
 def main(rows: list[str], table: str, facts: str) -> None:
     cases = pd.concat([read_table(path) for path in rows], ignore_index=True)
     write_table(cases, table)
-    write_json(numbers(cases), facts)
+    write_numbers(numbers(cases), facts)
     logging.info("%d hard cases", len(cases))
     for line in unexpected(cases):
         logging.error(line)

@@ -2,14 +2,14 @@
 
 import _log
 
-from mammosim.io.tables import read_those_there, write_json, write_table
+from mammosim.io.tables import read_those_there, write_numbers, write_table
 from mammosim.study.models.rows import numbers, table
 
 
 def main(rows: list[str], scores: list[str], out: str, facts: str) -> None:
     found = table(read_those_there(rows), read_those_there(scores) if scores else None)
     write_table(found, out)
-    write_json(numbers(found), facts)
+    write_numbers(numbers(found), facts)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import _stage
 import pandas as pd
 
 from mammosim.core.settings import read
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.tables import read_table, write_numbers, write_table
 from mammosim.study.peers import summary
 
 
@@ -24,7 +24,7 @@ def main(
     reached = summary.reached(table, wanted)
     write_table(table, out["table"])
     write_table(reached, out["targets"])
-    write_json(numbers(table, reached), out["numbers"])
+    write_numbers(numbers(table, reached), out["numbers"])
     for row in reached[~reached.met].itertuples():
         sys.stderr.write(f"not reached: {row.what}, {row[2]}: {row.measured:.3g}, {row.target}\n")
 

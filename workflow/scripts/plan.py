@@ -5,6 +5,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+import _benchmarks
 import _log
 import _stage
 import pandas as pd
@@ -25,7 +26,9 @@ def main(
     jobs = {
         target: jobs_of(dry_run([*settings["dry_run"], target]), idle=settings["idle"]) for target in targets
     }
-    known = costs(benchmarks(Path("results/benchmarks")), pd.read_table(files["costs"], comment="#"))
+    known = costs(
+        _benchmarks.benchmarks(Path("results/benchmarks")), pd.read_table(files["costs"], comment="#")
+    )
     batches = {
         name: batch_seconds(given, known, files["measured"]) for name, given in settings["campaigns"].items()
     }
@@ -61,12 +64,6 @@ def dry_run(command: list[str]) -> str:
             f"{command[-1]} cannot be planned: {(ran.stderr or ran.stdout).strip()[-2000:]}"
         )
     return ran.stdout + ran.stderr
-
-
-def benchmarks(folder: Path) -> pd.DataFrame:
-    """What Snakemake measured of every job that ran here."""
-    parts = [pd.read_table(path).assign(rule=path.parent.name) for path in sorted(folder.glob("*/*.tsv"))]
-    return pd.concat([pd.DataFrame(columns=["rule", "cpu_time", "max_rss"]), *parts], ignore_index=True)
 
 
 def effects_of(scenes: Mapping[str, list[str] | str]) -> dict[str, pd.DataFrame | list[str] | None]:

@@ -4,7 +4,7 @@ import _log
 import pandas as pd
 
 from mammosim.io.missing import missing_rows
-from mammosim.io.tables import read_rows, read_those_there, write_json, write_table
+from mammosim.io.tables import read_rows, read_those_there, write_numbers, write_table
 from mammosim.study.identification.scores import by_tissue, numbers
 
 COLUMNS = ["seed", "side", "tissue", "true_kpa", "fitted_kpa", "low_kpa", "high_kpa", "inside_95", "seconds"]
@@ -17,7 +17,7 @@ def main(rows: list[str], table: str, tissues: str, facts: str) -> None:
     reasons = ["volunteer", "outcome"] if len(gone) else []
     write_table(pd.concat([moduli, gone]).reindex(columns=[*COLUMNS, "identifiable", *reasons]), table)
     write_table(by_tissue(moduli), tissues)
-    write_json(numbers(moduli), facts)
+    write_numbers(numbers(moduli), facts)
 
 
 if __name__ == "__main__":

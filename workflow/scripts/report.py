@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+import _benchmarks
 import _log
 import _pages
+import _yaml
 import pandas as pd
-import yaml
 
 from mammosim.core.settings import read
 from mammosim.figures.status import time_and_memory
@@ -15,7 +16,7 @@ from mammosim.io.tables import read_json, read_rows, read_table
 from mammosim.io.tabulated import tabulated
 from mammosim.study.jobs.completeness import completeness_sentence
 from mammosim.study.report.answer_words import short_table
-from mammosim.study.report.layout import Contents, sections
+from mammosim.study.report.layout import Contents, sections, titles
 from mammosim.study.report.pages import Listing, Section, report
 from mammosim.study.report.questions import Questions
 
@@ -34,15 +35,15 @@ def main(files: dict, title: str, out: dict[str, str]) -> None:
     numbers = read_json(files["numbers"])
     for path in of_pages[".json"]:
         numbers |= read_json(path)
-    jobs = _pages.benchmarks(Path("results/benchmarks"))
+    jobs = _benchmarks.benchmarks(Path("results/benchmarks"))
     write_figure(time_and_memory(jobs), out["cost"])
     csv = [*files["tables"], *of_pages[".csv"]]
     frames, made = tables(files, csv) | {"sources": listed}, [Path(path).stem for path in of_pages[".json"]]
     told = {"pages": pages, "made": made, "lacking": snakemake.params.lacking}
-    questions = Path(files["questions"])
-    asked = read(Questions, yaml.safe_load(questions.read_text(encoding="utf-8")), questions.name)
+    asked = read(Questions, _yaml.read(files["questions"], "questions.yaml"), "questions.yaml")
+    whole = titles(layout, pages.values())
     frames["questions"] = asked.table(
-        sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made
+        sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made, whole
     )
     if len(frames["answer_strategies"]):
         frames["answer_short"] = short_table(frames["answer_strategies"])

@@ -9,7 +9,7 @@ import pandas as pd
 
 from mammosim.core.settings import read
 from mammosim.io.atomic import replacing
-from mammosim.io.tables import read_commented, read_json, read_table, write_json, write_table
+from mammosim.io.tables import read_commented, read_json, read_table, write_numbers, write_table
 from mammosim.study.accuracy.presets import errors_at
 from mammosim.study.scenes.answers import Answered, numbers, outside, rows
 from mammosim.study.scenes.scene import Scene
@@ -31,7 +31,7 @@ def main(files: dict, settings: dict, out: dict) -> None:
     write_table(table, out["scenes"])
     write_table(effects, out["effects"])
     write_table(joint, out["interactions"])
-    write_json(numbers(table, effects), out["numbers"])
+    write_numbers(numbers(table, effects), out["numbers"])
     write_variants(settings["variants"], out["variants"])
     for line in outside(table):
         logging.getLogger("mammosim").error(line)

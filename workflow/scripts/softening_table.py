@@ -3,14 +3,14 @@
 import _log
 import pandas as pd
 
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.tables import read_table, write_numbers, write_table
 from mammosim.study.identification.softening import numbers
 
 
 def main(rows: list[str], table: str, facts: str) -> None:
     found = pd.concat([read_table(path) for path in rows], ignore_index=True)
     write_table(found, table)
-    write_json(numbers(found), facts)
+    write_numbers(numbers(found), facts)
 
 
 if __name__ == "__main__":

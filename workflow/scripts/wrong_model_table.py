@@ -3,7 +3,7 @@
 import _log
 import pandas as pd
 
-from mammosim.io.tables import read_table, write_json, write_table
+from mammosim.io.tables import read_table, write_numbers, write_table
 from mammosim.study.identification.validation import costs, moduli_beside, wrong_model_numbers
 
 
@@ -14,7 +14,7 @@ def main(files: dict, references: dict[str, str]) -> None:
     table, beside = costs(validation, references), moduli_beside(moduli, references)
     write_table(table, files["table"])
     write_table(beside, files["moduli"])
-    write_json(wrong_model_numbers(table, beside), files["numbers"])
+    write_numbers(wrong_model_numbers(table, beside), files["numbers"])
 
 
 if __name__ == "__main__":

@@ -43,6 +43,7 @@ NO_NUMBERS: tuple[tuple[str, str], ...] = (
 PATTERNS: Mapping[str, str] = {
     "^[a-z0-9]+$": "lower case letters and digits",
     "^[a-z0-9_]+$": "lower case letters, digits and _",
+    "^[a-z0-9_]{1,60}$": "lower case letters, digits and _ (60 at most)",  # a part of names of files
     "^[a-z0-9_.]+$": "lower case letters, digits, _ and .",
 }
 TYPES: Mapping[str, str] = {
@@ -74,7 +75,7 @@ def advice(error: ValidationError) -> Iterator[tuple[Place, str]]:
         yield from (((*place, key), _unknown(place, key, schema)) for key in _unknown_keys(error))
     elif error.validator == "required":
         absent = sorted(set(error.validator_value) - set(error.instance))
-        yield place, f"{dotted(place)} lacks {', '.join(absent)}; add it, or take it from config/default.yaml"
+        yield place, f"{dotted(place)} lacks {', '.join(_meant_by(key, schema) for key in absent)}; add it"
     elif "propertyNames" in error.absolute_schema_path:
         hint = _hint(place, error.instance, schema)
         must = "; ".join(filter(None, (f"must be {limits(schema)}", hint)))
@@ -83,6 +84,12 @@ def advice(error: ValidationError) -> Iterator[tuple[Place, str]]:
         yield place, f"{dotted(place)} lacks {error.validator_value['const']!r}, which is needed; add it"
     else:
         yield place, _value(place, error.instance, schema, error)
+
+
+def _meant_by(key: str, schema: Schema) -> str:
+    """A key with what it means."""
+    about = schema.get("properties", {}).get(key, {}).get("description")
+    return f"{key} ({about})" if about else key
 
 
 def _value(place: Place, value: Any, schema: Schema, error: ValidationError) -> str:

@@ -15,7 +15,7 @@ from mammosim.chain.strategies import STANDARD
 from mammosim.core.errors import MissingResult
 from mammosim.figures.series import add_legend, colours, numbered, some
 from mammosim.figures.style import GREEN, INK, QUIET, new_figure, styled
-from mammosim.study.report.answer import slow
+from mammosim.study.report.answer import NEARLY_NONE, slow
 from mammosim.study.report.pressed_breast import DONE, FORCE, PRESSURE, STRAIN, of_breast
 from mammosim.study.report.strategy_costs import CALCIFICATIONS, COSTS, DOSE, MASS
 
@@ -126,7 +126,8 @@ def _draw_band(ax: Axes, rows: pd.DataFrame, colour: str, alpha: float) -> None:
     low = np.interp(fine, t, level.low)
     if str(rows["quantity"].iloc[0]) == DOSE:
         place = np.interp(fine, t, np.arange(len(t)))
-        low = np.exp(np.interp(np.floor(place) + slow(place % 1), np.arange(len(t)), np.log(level.low)))
+        least = np.maximum(level.low, (1 + NEARLY_NONE / 100) * level.value)
+        low = np.exp(np.interp(np.floor(place) + slow(place % 1), np.arange(len(t)), np.log(least)))
     ax.fill_between(fine, low, np.interp(fine, t, level.high), color=colour, alpha=alpha, lw=0, zorder=0.5)
 
 

@@ -14,6 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mammosim.figures.series import COLUMNS
 from mammosim.figures.style import BLUE, INK, ORANGE, QUIET, SEQUENTIAL, WIDTH, new_figure, styled
+from mammosim.figures.ticks import SHORT, written
 from mammosim.study.campaigns.axes import LOG
 from mammosim.study.campaigns.campaign import Campaign
 from mammosim.study.campaigns.table import ERROR, SUBJECT
@@ -26,7 +27,6 @@ BINS = 12  # of a setting that a design samples
 DENSE = 2000  # points from which they are pixels in a vector file
 TICKS = 12  # names along an axis; of more every second, third...
 CONFIDENCE = 1.96  # standard errors of a 95 % interval
-SHORT = 34  # letters of a label
 FEW = 6  # values of a map that each have room for theirs
 
 
@@ -35,12 +35,6 @@ def label(key: str) -> str:
     key = key.replace("youngs_modulus", "Young's_modulus")
     words = heading(key.removeprefix("load.").removeprefix("tissues.").replace(".", " ").replace(" ", "_"))
     return words if len(words) <= SHORT else f"…{words[-SHORT:]}"
-
-
-def written(name: object) -> str:
-    """A name that a person has given, as it is to be read: a dollar begins no formula, and it has an end."""
-    words = str(name) if len(str(name)) <= SHORT else f"{str(name)[:SHORT]}…"
-    return words.replace("$", r"\$")
 
 
 def varied(campaign: Campaign, table: pd.DataFrame) -> list[str]:

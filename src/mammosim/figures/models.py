@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mammosim.figures.style import BLUE, GREEN, ORANGE, QUIET, VERMILION, new_figure, styled
+from mammosim.figures.ticks import written
 
 MARKS = {"prone": ("o", BLUE), "supine": ("s", VERMILION), "upright": ("^", GREEN)}
 
@@ -30,7 +31,7 @@ def models(table: pd.DataFrame) -> Figure:
     force.set(xlabel="force at half\nthickness (N)", xlim=(0, None))
     _dots(time, place, table.seconds)
     time.set(xlabel="processor\ntime (s)", xlim=(0, None))
-    nipples.set_yticks(place, list(table.title))
+    nipples.set_yticks(place, list(map(written, table.title)))
     for ax in (nipples, shape, force, time):
         ax.grid(False, axis="y")
         for y in place:

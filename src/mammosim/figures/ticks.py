@@ -16,6 +16,13 @@ DECADES: Mapping[float, tuple[float, ...]] = {
     0.4: tuple(range(1, 10)), 1.1: (1, 2, 3, 5, 7), 2.0: (1, 2, 5), np.inf: (1,)
 }  # fmt: skip
 LEVEL_DEGREES = 5.0  # names that are turned by less lie one beside the other
+SHORT = 34  # letters of a label
+
+
+def written(name: object) -> str:
+    """A name that a person has given, as it is to be read: a dollar begins no formula, and it has an end."""
+    words = str(name) if len(str(name)) <= SHORT else f"{str(name)[:SHORT]}…"
+    return words.replace("$", r"\$")
 
 
 def plain_log(axis: Axis) -> None:

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
@@ -42,11 +42,14 @@ def read_rows(path: str | Path, *, by_hand: bool = False, names: Iterable[str] =
     """As read_table, with the rows of results that are missing.
 
     by_hand: a person wrote it, whose last line may have no end; names: columns that hold text, even '007'.
-    Raises DamagedTable (by_hand: TableError) when the table is cut short or damaged: no header, no end of its
-    last line, a row with more or fewer cells than there are columns, a quotation mark without its fellow,
-    no UTF-8.
+    Raises DamagedTable (by_hand: TableError) when the table is gone, cut short or damaged: no header, no end
+    of its last line, a row with more or fewer cells than there are columns, a quotation mark without its
+    fellow, no UTF-8.
     """
-    text = Path(path).read_bytes()
+    try:
+        text = Path(path).read_bytes()
+    except OSError as error:
+        raise _damaged(by_hand)(f"{path} cannot be read: {error.strerror}; {AGAIN}") from None
     _require_whole(text, path, by_hand)
     kinds = dict.fromkeys(names, str)
     try:
@@ -138,6 +141,16 @@ def write_json(values: Any, path: str | Path) -> None:
     text = json.dumps(values, indent=1, ensure_ascii=False, allow_nan=False, default=_plain)
     with replacing(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def write_numbers(numbers: Mapping[str, Any], path: str | Path) -> None:
+    """What the texts of a page quote, by name: None for what is no finite number, which a text leaves out."""
+    write_json({name: _known(value) for name, value in numbers.items()}, path)
+
+
+def _known(value: Any) -> Any:
+    number = isinstance(value, (float, np.floating))
+    return None if value is None or (number and not np.isfinite(value)) else value
 
 
 def _plain(value: Any) -> Any:

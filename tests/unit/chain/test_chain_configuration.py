@@ -184,12 +184,12 @@ def test_numbers_in_lists_are_read_too_and_text_stays_text(settings, schema):
         (
             "volunteers",
             ["small", False],
-            "volunteers.1 = False: must be text of lower case letters, digits and _; YAML reads",
+            "volunteers.1 = False: must be text of lower case letters, digits and _ (60 at most); YAML reads",
         ),
         (
             "volunteers",
             ["small", 7],
-            "volunteers.1 = 7: must be text of lower case letters, digits and _; put it in quotes",
+            "volunteers.1 = 7: must be text of lower case letters, digits and _ (60 at most); put it in",
         ),
         ("volunteers", "small", "volunteers = 'small': must be a list"),
         (
@@ -210,9 +210,10 @@ def test_numbers_in_lists_are_read_too_and_text_stays_text(settings, schema):
         (
             "volunteers",
             ["small "],
-            "volunteers.0 = 'small ': must be text of lower case letters, digits and _; write small",
+            "volunteers.0 = 'small ': must be text of lower case letters, digits and _ (60 at most); write",
         ),
         ("volunteers", ["Small"], "write small"),
+        ("volunteers", ["ada_" * 16], "must be text of lower case letters, digits and _ (60 at most) (a"),
         ("volunteers", ["small", "small"], "volunteers = ['small', 'small']: 'small' stands twice; keep one"),
         (
             "digital.scan.spacing_mm",
@@ -284,13 +285,14 @@ def test_no_unit_is_guessed_that_would_put_the_value_just_out_of_its_limits():
 
 def test_only_the_bad_name_is_blamed(settings, schema):
     message = rejection(put(settings, "digital.women.Ada", {"seed": 3}), schema)
-    words = "a name has lower case letters, digits and _ only; write ada"
+    words = "a name has lower case letters, digits and _ (60 at most) only; write ada"
     assert message == f"mine.yaml: digital.women has no key 'Ada': {words}"
 
 
-def test_a_missing_key_is_named_with_where_to_take_it_from(settings, schema):
+def test_a_missing_key_is_named_with_what_it_means(settings, schema):
     del settings["xray"]["peak_kv"]
-    assert "xray lacks peak_kv; add it, or take it from config/default.yaml" in rejection(settings, schema)
+    meant = schema["properties"]["xray"]["properties"]["peak_kv"]["description"]
+    assert f"xray lacks peak_kv ({meant}); add it" in rejection(settings, schema)
 
 
 def test_every_problem_is_reported_at_once_and_each_once(settings, schema):

@@ -6,6 +6,7 @@ import yaml
 from conftest import title
 
 from mammosim.figures import campaigns as figures
+from mammosim.figures.ticks import SHORT
 from mammosim.study.campaigns.campaign import Campaign
 from mammosim.study.campaigns.table import frame, shares
 
@@ -87,7 +88,7 @@ def test_names_are_written_as_they_are_given_but_for_very_long_ones():
     for drawn in (figures.against, figures.lines, figures.pairs):
         drawn(campaign, table, "agd_mgy").canvas.draw()
     assert paddle.get_xticklabels()[0].get_text() == r"\$a_{\$"
-    assert [len(title(ax)) for ax in figure.axes[:2]] == [7, figures.SHORT + 1]
+    assert [len(title(ax)) for ax in figure.axes[:2]] == [7, SHORT + 1]
 
 
 def test_forty_names_are_no_forty_panels():

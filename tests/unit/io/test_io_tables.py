@@ -6,9 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mammosim.core.errors import TableError
+from mammosim.core.errors import DamagedTable, TableError
 from mammosim.io.atomic import replacing
-from mammosim.io.tables import HOLDING_DIGITS, read_json, read_rows, read_table, write_json, write_table
+from mammosim.io.tables import (
+    HOLDING_DIGITS,
+    read_json,
+    read_rows,
+    read_table,
+    write_json,
+    write_numbers,
+    write_table,
+)
 
 
 def test_a_table_reads_back_bit_for_bit(tmp_path: Path) -> None:
@@ -49,6 +57,13 @@ def test_nan_is_rejected_and_the_earlier_file_stays(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         write_json({"x": float("nan")}, tmp_path / "v.json")
     assert read_json(tmp_path / "v.json") == {"x": 1}
+
+
+def test_of_numbers_that_texts_quote_those_that_are_none_are_null(tmp_path: Path) -> None:
+    given = {"a": 1.5, "b": float("nan"), "c": np.float64("inf"), "d": np.float32("-inf"), "e": None}
+    write_numbers(given | {"f": 3, "g": "inf", "h": np.int64(2)}, tmp_path / "v.json")
+    expected = {"a": 1.5, "b": None, "c": None, "d": None, "e": None, "f": 3, "g": "inf", "h": 2}
+    assert read_json(tmp_path / "v.json") == expected
 
 
 def _write_half(path: Path) -> None:
@@ -147,3 +162,14 @@ def test_values_that_are_cut_short_are_rejected(tmp_path: Path) -> None:
         (tmp_path / "v.json").write_bytes(whole[:end])
         with pytest.raises(TableError, match=r"v\.json is cut short or damaged.*run the stage"):
             read_json(tmp_path / "v.json")
+
+
+def test_a_table_that_is_gone_is_named_and_fails_its_reader(tmp_path: Path) -> None:
+    """As one that is damaged: a table of the study that nobody finds is no result that is missing."""
+    with pytest.raises(
+        DamagedTable, match=r"gone\.csv cannot be read: No such file or directory; delete it and"
+    ):
+        read_table(tmp_path / "gone.csv")
+    with pytest.raises(TableError, match=r"cannot be read: Is a directory") as caught:
+        read_table(tmp_path, by_hand=True)
+    assert not isinstance(caught.value, DamagedTable)

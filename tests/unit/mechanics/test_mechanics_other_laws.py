@@ -65,13 +65,36 @@ class FreeBelow(IncrementalBody):
         return held
 
 
-def test_plates_press_a_block_by_the_integral_of_its_increments(block):
-    """dF = E A dl / l, A = A0 (l0 / l)^(2 nu): F = E A0 / (2 nu) ((l0 / l)^(2 nu) - 1)."""
-    E, nu, l0, l = 2.0, 0.25, 20.0, 14.0
+@pytest.fixture
+def between(block):
+    """The block with skin all around it, and plates that meet it at 20 mm."""
     all_around = np.vstack([*block.boundaries.values()])
     free = replace(block, boundaries={"skin": all_around, "posterior": block.boundaries["posterior"]})
     plates = Plates.covering(free.points, direction=UP, outward=np.array([1.0, 0.0, 0.0]))
     plates = replace(plates, centre=np.array([15.0, 15.0, 10.0]), half_sizes=np.array([80.0, 80.0, 10.0]))
+    return free, plates
+
+
+@pytest.mark.parametrize("increments", [1, 3])
+def test_plates_close_in_even_increments_and_hardly_sink_in(between, increments):
+    free, plates = between
+    body = FreeBelow(tissue(2.0, 0.25), increments=increments)
+    rows = pressed_in_increments(free, body, plates=plates, thickness_mm=18.5)
+    assert rows.thickness_mm.tolist() == pytest.approx(np.linspace(20.0, 18.5, increments + 1)[1:])
+    assert (rows.penetration_mm < 0.1).all()
+    stiff = FreeBelow(tissue(200.0, 0.25), increments=increments)
+    as_far = pressed_in_increments(free, stiff, plates=plates, thickness_mm=18.5).penetration_mm
+    assert as_far.tolist() == pytest.approx(rows.penetration_mm.tolist(), rel=1e-2), "whatever the modulus"
+    with pytest.raises(
+        MechanicsError, match=r"thickness 20 mm is not below 20\.0 mm, where the plates first"
+    ):
+        pressed_in_increments(free, body, plates=plates, thickness_mm=20.0)
+
+
+def test_plates_press_a_block_by_the_integral_of_its_increments(between):
+    """dF = E A dl / l, A = A0 (l0 / l)^(2 nu): F = E A0 / (2 nu) ((l0 / l)^(2 nu) - 1)."""
+    E, nu, l0, l = 2.0, 0.25, 20.0, 14.0
+    free, plates = between
     rows = pressed_in_increments(free, FreeBelow(tissue(E, nu), increments=60), plates=plates, thickness_mm=l)
     force_n = E * 900.0 / (2 * nu) * ((l0 / l) ** (2 * nu) - 1) / 1e3
     # Forward increments of 0.1 mm: half a step of dF/dl; contact of 1 % of a step.
@@ -150,13 +173,17 @@ def test_a_network_weighs_and_hangs_as_the_solid_of_its_modulus_does_roughly():
     assert moved[1] == pytest.approx(moved[0], rel=0.25)
 
 
-@pytest.fixture(scope="module")
-def on_ribs():
-    """A quarter ring of 12 mm on a cylinder about z with semi-axes 140 and 100, turned by a few degrees."""
-    mesh = box((14, 2, 5), (1.0, 1.0, 1.0), posterior_axis=1)
+def ring(columns, off_mm=0.0):
+    """A quarter ring of 12 mm on a cylinder about z with semi-axes 140 and 100, turned by a few degrees.
+
+    columns: of cells along the ring; off_mm: (columns + 1,) of its inner side from the cylinder. And how many
+    faces lie on its inner side.
+    """
+    mesh = box((columns, 2, 5), (1.0, 1.0, 1.0), posterior_axis=1)
     s, t, z = mesh.points.T
     angle = np.radians(-135 + 90 * s)
-    points = np.stack([(140 + 12 * t) * np.cos(angle), (100 + 12 * t) * np.sin(angle), 100 * z - 50], axis=1)
+    t = 12 * t + (1 - t) * np.interp(s * columns, np.arange(columns + 1), off_mm + np.zeros(columns + 1))
+    points = np.stack([(140 + t) * np.cos(angle), (100 + t) * np.sin(angle), 100 * z - 50], axis=1)
     turn = rotation(np.array([2.0, -1.5, 2.5]))
     faces = mesh.boundaries
     rim = np.array([f for f in faces["skin"] if np.ptp(mesh.points[f, 2]) == 0])
@@ -175,6 +202,34 @@ def on_ribs():
     return TetMesh(bent.points, cells, mesh.tissue, {"skin": skin, "posterior": np.vstack([ribs, rim])}), len(
         ribs
     )
+
+
+@pytest.fixture(scope="module")
+def on_ribs():
+    return ring(14)
+
+
+def test_what_stands_off_the_ribs_or_is_steep_is_not_on_them():
+    """Columns of 3.7 mm: a shelf of 4 mm behind slopes of 28 degrees, steps of 47, a shelf of 8 mm."""
+    off = np.zeros(57)
+    off[6:13] = [2, 4, 4, 4, 4, 4, 2]
+    off[25:27] = 4
+    off[40:49] = [2, 4, 6, 8, 8, 8, 6, 4, 2]
+    mesh, _ = ring(56, off)
+    column = np.searchsorted(np.linspace(0, 1, 57), along_the_ring(mesh, ribs_of(mesh).faces)) - 1
+    found = set(column)
+    assert {*range(5, 13)} <= found, "slopes and shelf of 4 mm"
+    assert not {24, 26} & found, "steps"
+    assert {25} <= found, "between the steps"
+    assert not {43, 44} & found, "shelf of 8 mm"
+    assert {0, 20, 30, 55} <= found
+
+
+def along_the_ring(mesh, faces):
+    """From 0 to 1, of the middles of faces."""
+    turn = rotation(np.array([2.0, -1.5, 2.5]))
+    x, y, _ = (mesh.points[faces[:, :3]].mean(axis=1) @ turn).T
+    return (np.degrees(np.arctan2(y / 100, x / 140)) + 135) / 90
 
 
 def test_the_ribs_are_found_behind_a_body_and_the_cuts_are_none(on_ribs):

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import escape
 
 from mammosim.chain.quantities import QUANTILE
 from mammosim.figures.answer import PANELS
@@ -27,6 +28,7 @@ from mammosim.study.report.strategy_costs import (
     together,
     verdict,
 )
+from mammosim.study.report.texts import paragraphs
 
 LIMITS = LossLimits(5.0, 5.0)
 KNOWN = Known(("left",))
@@ -295,6 +297,48 @@ def test_where_nothing_is_interpolated_a_range_ends_only_if_a_limit_is_met():
     assert (beyond.certain, beyond.ended) == (50.0, True)
 
 
+def test_a_loss_that_is_just_what_is_allowed_ends_no_range():
+    t = np.array([50.0, 55.0, 60.0])
+    for loss in ([0.0, 5.0, 5.0], [0.0, 5.0, 3.0]):
+        found = reach(t, np.array(loss), np.array(loss), 5.0, growing=False)
+        assert (found.certain, found.possible, found.ended) == (60.0, 60.0, False)
+
+
+def test_a_range_may_end_beyond_the_first_strategy():
+    t, loss = np.array([50.0, 55.0, 60.0]), np.array([0.0, 4.0, 8.0])
+    found = reach(t, loss, loss, 6.0, growing=False)
+    assert (found.certain, found.possible, found.ended) == (57.5, 57.5, True)
+
+
+def test_a_loss_of_which_one_end_is_not_known_is_left_out():
+    t, loss = np.array([50.0, 55.0, 60.0]), np.array([0.0, 4.0, 8.0])
+    for low, high in ((loss, [0.0, np.nan, 8.0]), ([0.0, np.nan, 8.0], loss)):
+        found = reach(t, np.array(low), np.array(high), 4.0, growing=False)
+        assert (found.certain, found.possible) == (55.0, 55.0)
+
+
+def test_what_is_told_is_the_furthest_that_costs_less_or_the_least_that_costs_more():
+    rows = [pressed("standard", 50.0, 100.0), *(pressed(f"way{mm}", float(mm), 80.0) for mm in (55, 60, 65))]
+
+    def found(*doses):
+        images = [imaged("standard", 2.0), *(imaged(f"way{mm}", D) for mm, D in zip((55, 60, 65), doses))]
+        return asked(tables(compression=rows, image=images))[1]
+
+    assert (found(2.01, 2.02, 4.0).verdict, found(2.01, 2.02, 4.0).shown) == (LESS, "way60")
+    assert (found(3.0, 3.5, 4.0).verdict, found(3.0, 3.5, 4.0).shown) == (MORE, "way55")
+
+
+def test_the_force_of_the_standard_is_told_with_what_is_known_of_it():
+    rows = [*STANDARD_AND["compression"], pressed("standard", 50.0, 500.0, "compression")]
+    costs, found = asked(tables(compression=rows))
+    assert (found.standard_mm, found.standard_n) == (50.0, 100.0)
+    assert (found.standard_low_n, found.standard_high_n) == (100.0, 500.0)
+    told = "At 50.0 mm the force is between 100 and 500 N, by what is known of her moduli."
+    assert sentence(found, costs, LIMITS).endswith(told)
+    costs, alone = asked(tables(**STANDARD_AND))
+    assert "the force is between" not in sentence(alone, costs, LIMITS)
+
+
 def test_values_that_only_fall_are_monotone_within_their_intervals():
     assert monotone(np.array([4.0, 2.0, 0.0]), np.array([5.0, 3.0, 1.0]))
     assert not monotone(np.array([4.0, 0.0, 2.0]), np.array([5.0, 1.0, 3.0]))
@@ -328,6 +372,84 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     assert "not every loss is known, and nothing is certain" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
+
+
+@pytest.mark.parametrize("nothing", [np.nan, 0.0, -2.0, np.inf])
+def test_what_is_no_dose_is_neither_less_nor_compared_with(nothing):
+    given = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", nothing)])
+    costs, found = asked(given)
+    assert (found.verdict, cost(costs, "gentle", DOSE).costs) == (UNKNOWN, UNKNOWN)
+    assert np.isnan(cost(costs, "gentle", DOSE).value)
+    given = tables(**STANDARD_AND, image=[imaged("standard", nothing), imaged("gentle", 2.0)])
+    costs, found = asked(given)
+    assert "not every loss is known" in sentence(found, costs, LIMITS)
+    rows = limits_table([found], costs, given, KNOWN).set_index("cannot_be_said")
+    why = "the standard strategy, with which it is compared, has no dose"
+    assert rows.because["what less compression does to dose"] == why
+
+
+def test_a_shadow_that_is_not_seen_costs_more_and_has_its_interval_in_order():
+    image = [imaged("standard", 2.0), imaged("gentle", 2.0, cnr_quantum=-0.1)]
+    costs, found = asked(tables(**STANDARD_AND, image=image))
+    row = cost(costs, "gentle", MASS)
+    assert row.low < row.value < row.high < 0
+    assert row.change_low_percent < row.change_percent < row.change_high_percent
+    assert (row.costs, found.verdict) == (MORE, MORE)
+    nothing = [imaged("standard", 2.0), imaged("gentle", 2.0, lesion_pixels=0)]
+    assert cost(asked(tables(**STANDARD_AND, image=nothing))[0], "gentle", MASS).costs == UNKNOWN
+
+
+def test_an_interval_of_photons_that_reaches_below_no_dose_is_no_end_of_the_range():
+    wide = imaged("gentle", 2.2, dose_se_mgy=3.0)
+    given = tables(
+        compression=[*STANDARD_AND["compression"], pressed("least", 60.0, 40.0)],
+        image=[imaged("standard", 2.0), wide, imaged("least", 4.0)],
+    )
+    _, found = asked(given)
+    assert 55 < found.possible_mm < 60
+    assert found.certain_mm < 55
+
+
+def test_what_is_not_known_is_no_number():
+    given = tables(
+        compression=[STANDARD_AND["compression"][0], pressed("gentle", 55.0, np.nan, logarithmic_p95=np.nan)],
+        image=[imaged("standard", 2.0), imaged("gentle", 2.0)],
+    )
+    costs, found = asked(given)
+    words = sentence(found, costs, LIMITS)
+    assert "nan" not in words
+    assert "(55.0 mm, – N)" in words
+    assert words.endswith("strain not known.")
+    assert short_table(costs).force_n.tolist() == ["100", "–"]
+
+
+def test_small_doses_and_detectabilities_are_known():
+    small = {"dose_mgy": 0.5, "cnr_quantum": 0.01, "calcification_d_expected": 0.2}
+    image = [imaged("standard", 0.5) | small, imaged("gentle", 0.5) | small | {"dose_mgy": 0.51}]
+    costs, found = asked(tables(**STANDARD_AND, image=image), Numerical(1.0, 1.0, 1.0))
+    assert found.verdict == LESS
+    standard = costs[(costs.strategy == "standard") & costs["quantity"].isin([DOSE, MASS, CALCIFICATIONS])]
+    assert standard.change_percent.tolist() == standard.change_low_percent.tolist() == [0.0] * 3
+    assert cost(costs, "gentle", DOSE).change_percent == pytest.approx(2.0)
+
+
+def test_numerical_errors_are_percent_of_the_value():
+    N = 200
+    image = pd.DataFrame([imaged("standard", 2.0, lesion_pixels=N)])
+    (found,) = seen(image, Numerical(dose=3.0, contrast=4.0, calcification=5.0)).to_dict("records")
+    assert found[f"{DOSE}_half"] == pytest.approx(0.03)
+    assert found[f"{CALCIFICATIONS}_half"] == pytest.approx(0.05)
+    # Pixels on the rim count by even chance, and d' goes with the root of the number of all.
+    counted = QUANTILE * np.sqrt(2 * np.sqrt(np.pi * N) * 0.5 * 0.5) / N / 2
+    assert found[f"{MASS}_half"] == pytest.approx(np.hypot(counted, 0.04))
+
+
+def test_a_reason_is_told_as_it_stands():
+    why = "failed: no series in /scans/$a$/[2020](b)/**c**"
+    given = tables(compression=[pressed("standard", 50.0, 100.0, outcome=why)])
+    costs, found = asked(given)
+    assert found.why == why
+    assert escape(why) in paragraphs(sentence(found, costs, LIMITS), {})[0]
 
 
 def test_words_have_an_interval_where_one_is_known_and_a_value_where_none_is():
@@ -367,6 +489,8 @@ def test_a_strategy_that_was_not_x_rayed_says_what_it_does_and_not_what_it_costs
     words = sentence(found, costs, LIMITS)
     assert "no strategy with less compression than the standard has an image and a dose" in words
     assert "what it costs is not known; strain −9.1 %" in words
+    row = limits_table([found], costs, given, KNOWN).iloc[0]
+    assert (row.cannot_be_said, row.because) == (FAR, found.why)
 
 
 def test_missing_rows_say_why_and_leave_the_others_alone():
@@ -469,6 +593,31 @@ def test_what_was_chosen_for_her_is_named():
     table = limits_table([found], costs, given, KNOWN)
     assert table.because.str.contains("no thickness is given for her").sum() == 1
     assert table.because.str.contains("only moduli times 2 carry her weight").sum() == 1
+
+
+def test_each_breast_is_told_by_its_own_rows():
+    places = {("ada", "left"): 5.0, ("ada", "right"): 50.0, ("bea", "left"): 500.0}
+    rows, images = [], []
+    for (volunteer, side), newton in places.items():
+        where = {"volunteer": volunteer, "side": side}
+        rows += [pressed("standard", 50.0, 1.5 * newton, **where), pressed("gentle", 55.0, newton, **where)]
+        images += [imaged("standard", 2.0, **where), imaged("gentle", 2.0 + newton / 100, **where)]
+    given = tables(compression=rows, image=images)
+    known = breasts(given)
+    costs = strategy_costs(known, numerical=EXACT, limits=LIMITS)
+    found = answers(costs, known, LIMITS, asked=[*places, ("bea", "right")], why_not={})
+    told = [sentence(each, costs, LIMITS) for each in found]
+    for words, who, force, change in zip(
+        told, ("ada, left", "ada, right", "bea, left"), ("5.00", "50.0", "500"), ("+2.5", "+25", "+250")
+    ):
+        assert words.startswith(f"**{who}: thickness may rise")
+        assert f"`gentle` (55.0 mm, {force} N)" in words
+        assert f"dose {change} %" in words
+    assert (
+        told[-1]
+        == "**bea, right: it cannot be said how far compression can be reduced**: it was not pressed."
+    )
+    assert [each.standard_n for each in found[:3]] == [7.5, 75.0, 750.0]
 
 
 def test_changes_have_a_sign_and_two_digits():

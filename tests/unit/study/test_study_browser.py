@@ -38,7 +38,8 @@ def folder(tmp_path_factory, block) -> Path:
     bodies = [Body("measured", "prone", mesh), Body("pressed", EVIL, moved, strained, pressure)]
     (home / "view/ada.js").write_text(script("ada", bodies, [f"supine is missing: {EVIL}"]), encoding="utf-8")
     colours = dict.fromkeys(Label, "#b5487f")
-    text = view_page("Bodies", ["ada", "bea"], colours=colours, footer={"Date": "today"})
+    (home / "view/cora.js").write_text(script("cora", [], ["prone is missing"]), encoding="utf-8")
+    text = view_page("Bodies", ["ada", "bea", "cora"], colours=colours, footer={"Date": "today"})
     (home / "view.html").write_text(text, encoding="utf-8")
     return home
 
@@ -53,6 +54,7 @@ def page_text() -> str:
     numbers = np.random.default_rng(1).permutation(ROWS).astype(float)
     long = pd.DataFrame({"label": [EVIL, *(f"point {i}" for i in range(1, ROWS))], "force_n": numbers})
     short = pd.DataFrame({"volunteer": ["b", EVIL, "a"], "force_n": [9.0, 10.0, 1234.5]})
+    odd = pd.DataFrame({"level": [True, False, True, False], "dose_mgy": [np.inf, np.nan, 3.0, -np.inf]})
     moved = pd.DataFrame({"side": "left", "thickness_mm": [60.0, 40.0], "dose_mgy": [4.0, 2.0]})
     wide = pd.DataFrame({f"a_long_name_{i}_mm": [1.0] * 3 for i in range(16)})
     sentence = "no step keeps the cells from inverting: the tissue may be too soft for the measured shape"
@@ -69,7 +71,14 @@ def page_text() -> str:
             "Second", "A second text.", (Listing(long, "All points.", "points.csv"), Listing(wide, "Wide."))
         ),
         Section(
-            "Third", "", (explored, Listing(sources, "Sources.", anchors="key"), Listing(reasons, "Reasons."))
+            "Third",
+            "",
+            (
+                explored,
+                Listing(sources, "Sources.", anchors="key"),
+                Listing(reasons, "Reasons."),
+                Listing(odd, "Odd."),
+            ),
         ),
     )
     return report(
@@ -126,6 +135,14 @@ def test_a_short_table_sorts_numbers_as_numbers(read):
     heading.locator("button").click()
     shows(read.locator("#table-1"), 2, ["1,234", "10", "9"])
     assert heading.get_attribute("aria-sort") == "descending"
+
+
+def test_truths_sort_as_words_and_infinite_numbers_as_numbers(read):
+    table = read.locator("figure.table", has_text="Odd.")
+    table.locator("th button").first.click()
+    shows(table, 1, ["no", "no", "yes", "yes"])
+    table.locator("th button").last.click()
+    shows(table, 2, ["–", "-inf", "3", "inf"])
 
 
 def test_a_table_of_5000_rows_is_paged_sorted_filtered_and_downloaded(read, tmp_path):
@@ -270,3 +287,24 @@ def test_bodies_turn_by_keys_and_buttons_and_faults_are_told(bodies, viewed):
     viewed.select_option("#volunteer", "bea")
     viewed.wait_for_function("told.textContent.includes('view/bea.js is not beside this page')")
     bodies.wrong.clear()  # the browser tells of the file that is not there
+
+
+@pytest.mark.parametrize("name", ["bea", "cora"])
+def test_where_there_is_no_body_every_control_does_nothing(bodies, viewed, name):
+    """cora has a file without bodies, bea has none."""
+    viewed.select_option("#volunteer", "ada")
+    viewed.wait_for_function("told.textContent.includes('faces')")
+    viewed.select_option("#volunteer", name)
+    viewed.wait_for_function("/no body of cora|bea.js is not beside/.test(told.textContent)")
+    bodies.wrong.clear()
+    assert viewed.locator("#body option").count() == viewed.locator("#field option").count() == 0
+    viewed.fill("#cut", "40")
+    for turn in ("reset", "20 0"):
+        viewed.click(f"[data-turn='{turn}']")
+    viewed.locator("#plot").focus()
+    viewed.keyboard.press("ArrowLeft")
+    viewed.select_option("#axis", "1")
+    viewed.wait_for_timeout(50)
+    assert bodies.wrong == []
+    viewed.select_option("#volunteer", "ada")
+    viewed.wait_for_function("told.textContent.includes('faces')")

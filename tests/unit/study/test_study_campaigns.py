@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from markupsafe import Markup, escape
 from small_breast import STREAMS, study_settings
 
 from mammosim.chain.graph import Chain
@@ -21,6 +22,7 @@ from mammosim.study.campaigns.page import opening
 from mammosim.study.campaigns.points import Case, plan
 from mammosim.study.campaigns.settings import Known, changes
 from mammosim.study.campaigns.table import failures, frame, shares, summary
+from mammosim.study.report.texts import paragraphs, quoted
 
 FILE = "config/campaigns/mine.yaml"
 GLAND = "tissues.glandular.youngs_modulus_kpa"
@@ -162,6 +164,16 @@ def test_points_that_a_condition_excludes_are_left_out():
         (f"vary: {{{GLAND}: {{from: 1, to: {10**400}, number: 3}}}}", "is no finite number"),
         (f"vary: {{{GLAND}: [1, null]}}", "has an empty value; name it, as {named: {none: null"),
         ("vary: {load.paddle: {named: {'': standard}}}", "an empty name; write one"),
+        ('vary: {load.paddle: {named: {"a\\rb": standard}}}', r"has 'a\rb': no line of a table has"),
+        ('vary: {load.paddle: [standard, "a\\nb"]}', r"has 'a\nb': no line of a table has such a character"),
+        (
+            f"vary: {{{GLAND}: {{from: 1, to: 1.0000001}}}}\ndesign: {{sobol: 16}}",
+            "1 and 1.0000001 are one value of 6 digits; widen it",
+        ),
+        (
+            "vary: {tissues.skin.thickness_mm: [1, 2], tissues.skin: {named: {thin: {}}}}",
+            "vary.tissues.skin.thickness_mm is inside vary.tissues.skin, whose values would take its place",
+        ),
         (f"vary: {{{GLAND}: {{from: 1, to: 1.00002, number: 9}}}}", "has 3 values of 6 digits and not 9"),
         (f"vary: {{{GLAND}: {{from: 1, to: 2}}}}\ndesign: {{saltelli: 1}}", "saltelli = 1: no interval"),
         ("vary: {load.paddle: [{tilting: {stiffness_n_mm_per_rad: 1}}]}", "name it, as {named:"),
@@ -219,6 +231,11 @@ def test_a_file_that_cannot_be_meant_is_refused_in_one_line_with_its_key(text, w
         (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND} > 0']", "exclude leaves no point"),
         (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND} > \"a\"']", "cannot be decided"),
         (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND}']", "neither true nor false"),
+        (f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['not {GLAND}']", "1 is neither true nor false; correct it"),
+        (
+            f"vary: {{{GLAND}: [1, 2]}}\nexclude: ['{GLAND} == 1 or 2']",
+            "2 is neither true nor false; correct",
+        ),
         (f'vary: {{{GLAND}: [1, 2]}}\nexclude: [\'"a" * 999999999 == "b"\']', "'a' is no number"),
     ],
 )
@@ -320,6 +337,11 @@ def test_paddle_strategy_and_thickness_make_one_load(known):
     assert set(alone) == {"load.tissues"}
     with pytest.raises(ConfigurationError, match="a paddle stops by one of them"):
         changes({"load.until.force_n": 50, "load.until.thickness_share": 1}, base, known)
+
+
+def test_single_values_may_be_changed_of_a_file_of_tissues(case, known):
+    points = planned(f"vary: {{{GLAND}: [3, 4], tissues: [standard, layered]}}", case, known)
+    assert len({point.name for point in points}) == 4
 
 
 def test_sets_of_moduli_are_taken_by_their_names(known):
@@ -487,6 +509,21 @@ def test_reasons_are_counted_the_most_frequent_first():
     table = frame(campaign, rows(campaign, lambda shown: 1.0))
     table = table.assign(outcome=["failed", "unstable", "unstable", "converged"], reason=["a", "b", "b", ""])
     assert failures(table).to_numpy().tolist() == [["unstable", "b", 2], ["failed", "a", 1]]
+
+
+MARKED = r"costs $5 or $\frac$ of {it}? **a** [b](javascript:c) `d`"
+
+
+def test_title_names_and_conditions_stand_on_the_page_as_they_were_written():
+    given = {"title": MARKED, "subjects": {"small": ["left"]}, "asked": ["force_n"]}
+    given["vary"] = {"load.thickness_mm": [40, 50], "load.paddle": {"named": {MARKED: "standard", "b": None}}}
+    given["exclude"] = [f"load.thickness_mm > 45 and load.paddle == {MARKED!r}"]
+    campaign = Campaign.of("mine", given, file=FILE)
+    table = pd.DataFrame({"outcome": ["converged"] * 3, "seconds": 1.0, "moduli_factor": 1.0})
+    html = Markup("\n").join(paragraphs(quoted(opening(campaign, table), {})))
+    assert f"<strong>{escape(MARKED)}</strong>" in html
+    assert f"<code>load.paddle</code>: {escape(MARKED)}, b." in html
+    assert escape(given["exclude"][0]) in html
 
 
 def test_the_page_says_where_all_moduli_were_multiplied():

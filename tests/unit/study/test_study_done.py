@@ -62,6 +62,13 @@ def test_the_answers_come_first_with_what_they_depend_on():
     assert "dose" not in one, "which is missing"
 
 
+def test_of_an_image_what_is_known_is_told():
+    (words,) = answers_in_words(
+        {"compression": PRESSED, "image": IMAGE.assign(calcification_d=float("nan"), dose_mgy=float("nan"))}
+    )
+    assert words.endswith(" by the moduli assumed. Contrast to noise of the lesion 0.35 in a pixel.")
+
+
 def test_of_each_breast_its_own_first_strategy_is_told():
     other = PRESSED.assign(strategy="reduced", plates_mm=60.0)
     right = PRESSED.assign(side="right", plates_mm=50.0)

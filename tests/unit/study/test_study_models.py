@@ -22,11 +22,16 @@ from mammosim.mechanics.other_laws import IncrementalBody, NetworkBody
 from mammosim.study.models.model import PRODUCTS, Model
 from mammosim.study.models.rows import SHOWN, measured_row, numbers, table
 from mammosim.study.models.scores import nipple_away_mm, score
+from mammosim.study.report.texts import quoted, words
 
 NAMES = (
     *("azar2002", "rajagopal2007", "pathmanathan2008", "han2012", "gamage2012", "patete2013", "kuhlmann2013"),
     *("carter2012", "georgii2016", "eiben2014", "eder2014", "report", "mira2018"),
 )
+
+
+SOFT = {"youngs_modulus_kpa": 1.0, "poisson_ratio": 0.45, "density_g_cm3": 1.0}
+FLESH = {"tissues": dict.fromkeys(("adipose", "glandular", "muscle"), SOFT)}
 
 
 def model(repository, name, **changes):
@@ -97,6 +102,22 @@ def test_a_tolerance_of_its_own_is_that_of_its_stress_free_shape(repository):
     assert ends == {"patete2013": 2.0, "han2012": study["mechanics"]["stress_free"]["tolerance_mm"]}
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_each_is_the_same_of_its_plain_values_as_a_job_has_them(repository, name):
+    found = model(repository, name)
+    assert Model.of(name, found.plain) == found
+
+
+def test_the_law_in_increments_has_ten_unless_its_model_says_otherwise(repository):
+    study = study_settings(repository)
+    values = {"law": "small_strain_increments"}
+    taken = {
+        name: model(repository, name, **changes).over(study, "prone")["model"]["increments"]
+        for name, changes in {"azar2002": {}, "han2012": values, "eder2014": {}}.items()
+    }
+    assert taken == {"azar2002": 20, "han2012": 10, "eder2014": 10}
+
+
 def test_no_two_are_the_same(repository):
     said = [
         (m.law, m.method, str(m.tissues), m.effects, str(m.settings))
@@ -152,14 +173,21 @@ def test_a_model_of_the_tissues_and_a_method_of_the_study_begins_with_its_shape(
         ({"effects": ["gland", "blood"]}, "effects: no 'blood'; choose one of: gland"),
         ({"effects": ["sliding"]}, "settings.sliding is not there; give the numbers of that effect"),
         ({"settings": {"water": {"density_g_cm3": 1.0}}}, "settings.water: nothing of the model uses it"),
-        ({"increments": 0}, "increments"),
+        ({"increments": 0, "law": "small_strain_increments"}, "increments"),
+        ({"increments": 50}, "increments: only the law small_strain_increments has them; leave it out"),
+        (
+            {"tolerance_mm": 1.0, "method": "as_measured"},
+            "tolerance_mm: the method as_measured unloads nothing",
+        ),
+        ({"tissues": FLESH}, "tissues has no skin; add it, or leave `skin` out of the effects"),
         ({"colour": "red"}, "colour"),
     ],
 )
 def test_what_cannot_be_meant_is_one_line_that_names_the_file(repository, changes, words):
     with pytest.raises(ConfigurationError, match=words) as caught:
         model(repository, "han2012", **changes)
-    assert "config/models/han2012.yaml" in str(caught.value)
+    assert str(caught.value).startswith("config/models/han2012.yaml")
+    assert str(caught.value).count("config/models/han2012.yaml") == 1
     assert "\n" not in str(caught.value)
 
 
@@ -199,11 +227,45 @@ def test_water_leaves_little_of_the_weight(made):
     assert 0.05 < wet["nipple_prone_mm"] < 0.5 * free["stress_free_moved_mm"]
 
 
+def test_water_that_ends_before_the_ribs_carries_less(made):
+    """The nearer its surface is to the nipple, the more of the breast hangs as it did in air."""
+
+    def moved(before_ribs_mm):
+        water = {"density_g_cm3": 1.0, "before_ribs_mm": before_ribs_mm}
+        chain = made("rajagopal2007", settings={"water": water})
+        return np.abs(chain["unloaded"].mesh.points - chain["mesh"].points).max()
+
+    assert moved(40.0) < 0.9 * moved(0.0)
+
+
 @pytest.mark.parametrize(
     ("name", "kind"), [("azar2002", IncrementalBody), ("patete2013", NetworkBody), ("mira2018", Body)]
 )
 def test_its_body_is_of_its_law(made, name, kind):
     assert type(made(name)["body"]) is kind
+
+
+@pytest.mark.parametrize(
+    ("name", "on_ribs"),
+    [
+        ("han2012", {}),
+        ("carter2012", {"Slides": ("sliding", "normal_kpa_per_mm", "tangential_kpa_per_mm")}),
+        ("gamage2012", {"ChestWall": ("chest_wall", "penalty_kpa_per_mm")}),
+        (
+            "mira2018",
+            {
+                "Slides": ("sliding", "normal_kpa_per_mm", "tangential_kpa_per_mm"),
+                "ChestWall": ("chest_wall", "penalty_kpa_per_mm"),
+            },
+        ),
+    ],
+)
+def test_it_slides_on_the_ribs_and_cannot_pass_them_as_its_file_says(made, repository, name, on_ribs):
+    parts = {type(part).__name__: part for part in made(name)["body"].parts}
+    assert {"Slides", "ChestWall"} & set(parts) == set(on_ribs)
+    for kind, (effect, *numbers_of) in on_ribs.items():
+        given = model(repository, name).settings[effect]
+        assert {each: getattr(parts[kind], each) for each in numbers_of} == given
 
 
 def test_its_force_is_that_at_the_distance_of_the_plates_that_was_asked_for(made):
@@ -270,6 +332,13 @@ def test_the_page_is_told_who_is_nearest_and_what_failed():
     nothing = numbers(table(ROWS.assign(nipple_supine_mm=np.nan, force_n=np.nan), SCORES))
     assert nothing["models.nearest"] is None
     assert nothing["models.force_most_n"] is None
+
+
+def test_a_title_is_read_as_it_stands():
+    marked = table(ROWS.assign(title=["B", r"$\frac$ **A**"]), SCORES)
+    drawn(marked).canvas.draw()
+    text = quoted("{models.failed} of {models.nearest}", numbers(marked))
+    assert str(words(text)) == r"$\frac$ **A** of B"
 
 
 def test_the_figure_has_every_model_and_marks_what_it_did_not_find():

@@ -37,6 +37,11 @@ def test_the_last_job_of_every_campaign_costs_the_same():
     assert table[["seconds", "cost"]].to_numpy().tolist() == [[0.5, HERE]]
 
 
+def test_a_job_that_was_not_measured_costs_what_the_table_says():
+    short = pd.DataFrame({"rule": ["mesh"], "cpu_time": [float("nan")], "max_rss": [float("nan")]})
+    assert costs(short, TABLE_OF_COSTS).loc["mesh", ["seconds", "cost"]].tolist() == [99.0, TABLE]
+
+
 def test_costs_measured_here_come_before_the_table():
     known = costs(BENCHMARKS, TABLE_OF_COSTS)
     assert known.loc["mesh"].tolist() == [15.0, 500.0, HERE]

@@ -7,7 +7,7 @@ import yaml
 
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import read
-from mammosim.study.report.layout import Contents, Layout, sections
+from mammosim.study.report.layout import Contents, Layout, sections, titles
 from mammosim.study.report.pages import Listing, Section, report
 from mammosim.study.report.questions import NOWHERE, Questions
 
@@ -20,13 +20,14 @@ def layout(name: str) -> Layout:
 
 PAGES = {path.stem: layout(path.name) for path in FOLDER.glob("*.yaml") if path.stem != "sections"}
 TITLES = {name: page.title for name, page in PAGES.items()}
+WHOLE = titles(layout("sections.yaml"), PAGES.values())
 ASKED = read(Questions, yaml.safe_load((FOLDER.parent / "questions.yaml").read_text()), "questions.yaml")
 
 
 def places(made=(), lacking=()):
     """The sections of the report, and where each question is answered."""
     shown = sections(layout("sections.yaml"), Contents({}, {}), pages=PAGES, made=made, lacking=lacking)
-    return shown, ASKED.table(shown, TITLES, made)
+    return shown, ASKED.table(shown, TITLES, made, WHOLE)
 
 
 @pytest.mark.parametrize("made", [(), tuple(PAGES)])
@@ -52,7 +53,13 @@ def test_a_question_names_a_section_or_a_page():
         read(Questions, {"questions": [{"question": "Why?"}]}, "questions.yaml")
     asked = read(Questions, {"questions": [{"question": "Why?", "page": "nothing"}]}, "questions.yaml")
     with pytest.raises(ConfigurationError, match="no page 'nothing'; there are: accuracy"):
-        asked.table((), TITLES, ())
+        asked.table((), TITLES, (), WHOLE)
+
+
+def test_a_section_that_no_report_has_is_no_lack_of_data():
+    asked = read(Questions, {"questions": [{"question": "Why?", "section": "Validaton"}]}, "questions.yaml")
+    with pytest.raises(ConfigurationError, match=r"no section 'Validaton'; did you mean 'Validation'\?"):
+        asked.table((), TITLES, (), WHOLE)
 
 
 def test_a_cell_that_is_a_link_is_one_and_nothing_else_is():

@@ -5,11 +5,21 @@ from io import BytesIO
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import escape
 from PIL import Image
 
 from mammosim.core.errors import ConfigurationError
-from mammosim.study.report.pages import Listing, Picture, Section, cell, heading, report
-from mammosim.study.report.texts import paragraphs, quoted, words
+from mammosim.study.report.pages import (
+    Listing,
+    Picture,
+    Section,
+    alternative,
+    cell,
+    heading,
+    report,
+    size_words,
+)
+from mammosim.study.report.texts import literal, paragraphs, quoted, words
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
 TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<failed>"]})
@@ -81,10 +91,41 @@ def test_a_formula_is_plain_mathml_and_keeps_its_braces():
     )
 
 
+@pytest.mark.parametrize(
+    "written",
+    [
+        "costs $5, not $6",
+        r"$\frac$ and \$5",
+        "[x](javascript:window.ran=1)",
+        "see [@nobody2000]",
+        "**bold**, `code` and a * b",
+        "{force} of {x:3}",
+        "a\\b\\\\c",
+        "two\n\nlines",
+        "</script> \N{RIGHT-TO-LEFT OVERRIDE}e\N{COMBINING ACUTE ACCENT}",
+    ],
+)
+def test_what_a_person_has_written_is_read_as_it_stands(written):
+    shown = str(escape(" ".join(written.split())))
+    assert str(words(literal(written), {})) == shown
+    # The same as a part of a text, and as a number that a text quotes.
+    assert str(words(quoted(f"Of **{literal(written)}**.", {}), {})) == f"Of <strong>{shown}</strong>."
+    numbers = {"headline.answer": f"**Of** {literal(written)}"}
+    assert str(paragraphs(quoted("{headline.answer}", numbers), {})[0]) == f"<strong>Of</strong> {shown}"
+
+
 def test_every_section_is_in_the_table_of_contents():
     for anchor in ("summary", "the-sweep", "again"):
         assert f'href="#{anchor}"' in page()
         assert f'id="{anchor}"' in page()
+
+
+def test_a_title_in_any_script_has_a_place_of_its_own():
+    html = report("M", (Section("Ответ"), Section("Größe, mm")), numbers={})
+    for anchor in ("ответ", "größe-mm"):
+        assert f'href="#{anchor}"' in html
+        assert f'id="{anchor}"' in html
+    assert cell("[Ответ](#ответ)") == '<a href="#ответ">Ответ</a>'
 
 
 def test_figures_and_tables_are_numbered_through():
@@ -128,7 +169,54 @@ def test_headings_name_units_and_cells_have_four_digits():
     assert heading("mgy_per_mas") == "mGy/mAs"
     assert heading("hvl_behind_mm_al") == "hvl behind (mm Al)"
     assert heading("energy_mj") == "energy (mJ)"
+    assert heading("hvl_mm_al") == "hvl (mm Al)"
     assert [cell(v) for v in (np.nan, 0.012345, 12345.6, True, 3)] == ["–", "0.01235", "12,346", "yes", "3"]
+
+
+def test_a_page_says_what_it_weighs():
+    assert [size_words(size) for size in (1_499, 999_400, 1e6, 2_350_000)] == [
+        "1 kB",
+        "999 kB",
+        "1.0 MB",
+        "2.4 MB",
+    ]
+
+
+def test_a_picture_that_is_not_seen_is_told_by_the_first_sentence_of_its_caption():
+    caption = "Dose of **each** breast [@a1]; $x$ in `mm`. Bars: intervals. Dashed: the limit."
+    assert alternative(Picture(b"", caption)) == "Dose of each breast;"
+
+
+@pytest.mark.parametrize(
+    ("rows", "anchors", "cells", "paged"),
+    [
+        (12, "", "plain", False),
+        (13, "", "plain", True),
+        (13, "name", "plain", False),
+        (13, "", "[linked](#there)", False),
+    ],
+)
+def test_a_long_table_is_paged_unless_a_text_or_a_cell_links(rows, anchors, cells, paged):
+    listing = Listing(pd.DataFrame({"name": [cells] * rows}), "All.", anchors=anchors)
+    assert listing.paged is paged
+
+
+@pytest.mark.parametrize(("letters", "kind"), [(30, "label"), (31, ""), (60, ""), (61, "prose")])
+def test_sentences_have_a_column_of_their_own_and_labels_one_line(letters, kind):
+    assert Listing(pd.DataFrame({"why": ["short", "x" * letters]}), "Rows.").kinds == [kind]
+
+
+def test_a_number_of_many_digits_is_short_and_truth_is_no_number():
+    assert [cell(v) for v in (999_999_999.0, 1e9, -1e300, np.inf, -np.inf, np.True_)] == [
+        "999,999,999",
+        "1e+09",
+        "-1e+300",
+        "inf",
+        "-inf",
+        "yes",
+    ]
+    frame = pd.DataFrame({"level": [True, False], "dose_mgy": [1.0, 2.0], "strategy": ["a", "b"]})
+    assert Listing(frame, "Rows.").kinds == ["label", "number", "label"]
 
 
 def test_a_page_is_the_same_every_time():

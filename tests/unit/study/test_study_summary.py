@@ -49,6 +49,8 @@ def test_a_footer_says_what_made_the_results_and_not_on_which_machine():
     jobs = pd.DataFrame(
         {"rule": ["a", "b"], "s": 3600.0, "cpu_time": [7200.0, 3600.0], "max_rss": [10, 2500]}
     )
+    short = made_words(made, date="today", jobs=jobs.assign(max_rss=float("nan")))
+    assert short["Durations"] == "2 jobs, 3.0 processor hours, 2.0 hours one after another"
     found = made_words(made, date="today", jobs=jobs)
     assert (found["Commit"], found["Command"], found["Seeds"][:2]) == ("abc", "snakemake study", "7,")
     assert found["Durations"] == (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mammosim.core.labels import Label
-from mammosim.core.mesh import FACES
+from mammosim.core.mesh import FACES, TetMesh
 from mammosim.study.report.view import Body, page, script, skin_faces
 
 
@@ -81,3 +81,34 @@ def test_the_page_escapes_names_and_reads_nothing_from_elsewhere():
     text = page("T", ["<img src=x onerror=alert(1)>"], colours=colours, footer={"Date": "today"})
     assert "<img" not in text
     assert set(re.findall(r'(?:src|href)="([^"#]+)"', text)) == {"data:,", "report.html", "scripts/plotly.js"}
+
+
+@pytest.mark.parametrize(("count", "bits"), [(16384, 16), (16385, 32)])
+def test_of_any_number_of_points_each_tetrahedron_has_its_own(count, bits):
+    """Tetrahedra that share no point, whose corners stand among the middles of their edges."""
+    cells = np.arange(10 * count).reshape(count, 10)[:, ::-1]
+    points = np.random.default_rng(1).uniform(0.0, 100.0, (10 * count, 3))
+    mesh = TetMesh(points, cells, np.full(count, Label.ADIPOSE), {})
+    _, data = read(script("ada", [Body("measured", "prone", mesh)], []))
+    (body,), (topology,) = data["bodies"], data["topologies"]
+    assert topology["bits"] == bits
+    corners = numbers(topology["corners"], f"<u{bits // 8}").reshape(-1, 4)
+    found = numbers(body["points"], "<u2").reshape(-1, 3)[corners] / 65535
+    low, high = np.array(body["low"]), np.array(body["high"])
+    np.testing.assert_allclose(low + (high - low) * found, points[cells[:, :4]], atol=1e-3)
+
+
+def test_a_few_cells_above_all_others_do_not_take_the_colours_and_are_told(block):
+    mesh = block(4)
+    stress, pressure = np.full(len(mesh.cells), 2.0), np.full(len(mesh.boundaries["skin"]), 2.0)
+    stress[0] = pressure[0] = 50.0
+    few = np.zeros(len(mesh.cells))
+    few[0] = 3.0
+    shown = {"von_mises_kpa": stress, "energy_kpa": few, "logarithmic": 0 * few}
+    _, data = read(script("ada", [Body("p", "s", mesh, shown, {"pressure_kpa": pressure})], []))
+    scale = {name: (each["high"], each["most"]) for name, each in data["bodies"][0]["fields"].items()}
+    # Pressure has its greatest value on few faces always.
+    assert scale["pressure_kpa"] == (50.0, 50.0)
+    assert scale["von_mises_kpa"] == (2.0, 50.0)
+    assert scale["energy_kpa"] == (3.0, 3.0), "of a field that is nothing almost everywhere"
+    assert scale["logarithmic"] == (1.0, 0.0)

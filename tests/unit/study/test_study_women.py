@@ -1,6 +1,7 @@
 """The page of one woman before a run: what was understood of her data, and what is planned."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -26,8 +27,14 @@ def test_a_page_shows_pictures_files_and_what_is_planned_and_why_not():
     assert "data:image/png;base64" in page
     for words in ("a.nii.gz", "spacing x mm", "0.8", "To 45 mm, as given.", PLAN[1][1], "a supine series"):
         assert words in page
-    assert re.search(f'<td[^>]*>{re.escape(PLAN[0][0])}</td><td class="number">yes</td>', page)
-    assert re.search(f'<td[^>]*>{re.escape(PLAN[1][0])}</td><td class="number">no</td>', page)
+    assert re.search(f'<td[^>]*>{re.escape(PLAN[0][0])}</td><td class="label">yes</td>', page)
+    assert re.search(f'<td[^>]*>{re.escape(PLAN[1][0])}</td><td class="label">no</td>', page)
+
+
+def test_a_note_is_told_as_it_stands():
+    """A segment may have any name."""
+    page = checked(replace(PRONE, notes=("the segment $a$ **[b](c)** is no tissue",)))
+    assert "Noted: the segment $a$ **[b](c)** is no tissue." in page
 
 
 def test_every_reason_stands_on_the_page_with_its_position():

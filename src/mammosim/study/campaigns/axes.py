@@ -1,5 +1,6 @@
 """Which values a varied setting takes: a list, named groups, a range, or the span that a design samples."""
 
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ LINEAR, LOG = "linear", "log"
 SCALES = (LINEAR, LOG)
 WHOLE = 1e15  # of larger numbers not every whole one is a float
 AT_MOST = 100_000  # points of a campaign
+CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029]")  # what ends a line, or is no text
 Shown = float | int | str | bool
 
 
@@ -87,9 +89,9 @@ def rounded(value: float) -> float:
 def axis(key: str, given: Any, place: str) -> Axis:
     """Of what stands under `vary`; place: file and key, for errors.
 
-    Raises ConfigurationError for a list without values or with one twice, for what has no name, a number
-    that is not finite, a range without beginning, end or number or whose values cannot be told apart, and a
-    logarithmic one that reaches 0.
+    Raises ConfigurationError for a list without values or with one twice, for what has no name, or one with
+    a line break in it, a number that is not finite, a range without beginning, end or number or whose values
+    cannot be told apart, and a logarithmic one that reaches 0.
     """
     if isinstance(given, Mapping):
         if "named" in given:
@@ -121,13 +123,17 @@ def _named(given: Mapping[str, Any], place: str) -> tuple[Level, ...]:
         raise ConfigurationError(f"{place}: named = {groups!r}: give {{named: {{a: ..., b: ...}}}} alone")
     if not all(str(name).strip() for name in groups):
         raise ConfigurationError(f"{place}: named: an empty name; write one")
-    return tuple(Level(str(name), value) for name, value in groups.items())
+    return _once([Level(str(name), value) for name, value in groups.items()], place)
 
 
 def _once(levels: Sequence[Level], place: str) -> tuple[Level, ...]:
     shown = [level.shown for level in levels]
     if twice := [value for n, value in enumerate(shown) if value in shown[:n]]:
         raise ConfigurationError(f"{place} has {twice[0]!r} twice; keep one")
+    if broken := [value for value in shown if isinstance(value, str) and CONTROL.search(value)]:
+        raise ConfigurationError(
+            f"{place} has {broken[0]!r}: no line of a table has such a character; leave it out"
+        )
     return tuple(levels)
 
 
@@ -148,6 +154,8 @@ def _range(key: str, given: Mapping[str, Any], place: str) -> Axis:
         raise ConfigurationError(f"{place}: from = {low:g} is not below to = {high:g}; exchange them")
     if scale == LOG and low <= 0:
         raise ConfigurationError(f"{place}.from = {low:g}: a logarithmic range begins above 0; raise it")
+    if rounded(low) == rounded(high):
+        raise ConfigurationError(f"{place}: {low!r} and {high!r} are one value of {DIGITS} digits; widen it")
     if "number" not in given:
         return Axis(key, span=Span(low, high, scale), scale=scale)
     return Axis(key, _spaced(low, high, _number(given["number"], place), scale, place), scale=scale)

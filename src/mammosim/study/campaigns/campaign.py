@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
-from itertools import product
+from itertools import permutations, product
 from math import prod
 from typing import Any
 
@@ -85,6 +85,7 @@ class Campaign:
         return found
 
     def _require(self) -> None:
+        self._require_apart()
         self._require_asked()
         self._require_design()
         if self.size > AT_MOST:
@@ -92,6 +93,15 @@ class Campaign:
                 f"{self.file}: {self.size:,} points are more than {AT_MOST:,}; vary less, or sample a design"
             )
         self._require_load()
+
+    def _require_apart(self) -> None:
+        for group, key in permutations(self.keys, 2):
+            # A file of tissues is read before single values of it are changed.
+            if key.startswith(f"{group}.") and group != "tissues":
+                raise ConfigurationError(
+                    f"{self.file}: vary.{key} is inside vary.{group}, whose values would take its place; "
+                    "vary one of them"
+                )
 
     def _require_asked(self) -> None:
         for name in self.asked:

@@ -96,17 +96,25 @@ def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
             key = _key(node)
             return values[key] if key in values else LITERALS[key]
         case ast.UnaryOp(op=ast.Not(), operand=operand):
-            return not _value(operand, values)
+            return not _truth(operand, values)
         case ast.UnaryOp(operand=operand):
             return -_number(operand, values)
         case ast.BinOp(left=left, op=op, right=right):
             return ARITHMETIC[type(op)](_number(left, values), _number(right, values))
         case ast.BoolOp(op=op, values=parts):
-            return (all if isinstance(op, ast.And) else any)(_value(part, values) for part in parts)
+            return (all if isinstance(op, ast.And) else any)(_truth(part, values) for part in parts)
         case ast.Compare(left=left, ops=ops, comparators=others):
             found = [_value(each, values) for each in (left, *others)]
             return all(COMPARISONS[type(op)](a, b) for op, a, b in zip(ops, found, found[1:]))
     raise KeyError(node)
+
+
+def _truth(node: ast.AST, values: Mapping[str, Any]) -> bool:
+    """Raises TypeError for a number or text, which `a == 1 or 2` has beside what is compared."""
+    value = _value(node, values)
+    if not isinstance(value, bool):
+        raise TypeError(f"{value!r} is neither true nor false")
+    return value
 
 
 def _number(node: ast.AST, values: Mapping[str, Any]) -> float | int:

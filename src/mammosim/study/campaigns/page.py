@@ -5,18 +5,17 @@ import pandas as pd
 from mammosim.chain.outcome import CONVERGED
 from mammosim.study.campaigns.axes import SALTELLI, Axis
 from mammosim.study.campaigns.campaign import Campaign
-
-BRACES = str.maketrans("{}", "()")  # a text of a page has numbers between them
+from mammosim.study.report.texts import literal
 
 
 def axis_words(each: Axis) -> str:
     """A varied setting in words: its values, or between which they lie."""
     if each.span is not None:
         return f"`{each.key}`: {each.span.low:g} to {each.span.high:g}, sampled, {each.scale}"
-    shown = [level.shown for level in each.levels]
+    shown = [literal(level.shown) for level in each.levels]
     if len(shown) > 8:
         return f"`{each.key}`: {len(shown)} values, {shown[0]} to {shown[-1]}, {each.scale}"
-    return f"`{each.key}`: {', '.join(map(str, shown))}"
+    return f"`{each.key}`: {', '.join(shown)}"
 
 
 def opening(campaign: Campaign, table: pd.DataFrame) -> str:
@@ -24,10 +23,10 @@ def opening(campaign: Campaign, table: pd.DataFrame) -> str:
     answered = int((table.outcome == CONVERGED).sum())
     left_out = campaign.size - len(table)
     parts = [
-        f"**{campaign.title}**",
+        f"**{literal(campaign.title)}**",
         f"{len(table)} points, of which {answered} have an answer"
         + (
-            f"; {left_out} more were left out: {'; '.join(c.text for c in campaign.exclude)}"
+            f"; {left_out} more were left out: {'; '.join(literal(c.text) for c in campaign.exclude)}"
             if left_out
             else ""
         )
@@ -38,7 +37,7 @@ def opening(campaign: Campaign, table: pd.DataFrame) -> str:
         f"All points: [{campaign.name}.csv]({campaign.name}.csv), "
         f"[{campaign.name}.parquet]({campaign.name}.parquet).",
     ]
-    return "\n\n".join(parts).translate(BRACES)
+    return "\n\n".join(parts)
 
 
 def whose_words(campaign: Campaign) -> str:

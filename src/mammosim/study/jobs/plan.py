@@ -31,10 +31,11 @@ def costed_as(rule: str) -> str:
 def costs(benchmarks: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     """seconds, memory_mb and cost (where they come from) by rule.
 
-    benchmarks: rule, cpu_time (s) and max_rss (MB) of every job that ran here; of a rule with any, their
-    means count; table: rule, seconds, memory_mb of the study as published, for the others.
+    benchmarks: rule, cpu_time (s) and max_rss (MB) of every job that ran here, NaN of one that was not
+    measured; of a rule with any, their means count; table: rule, seconds, memory_mb of the study as
+    published, for the others.
     """
-    numbers = benchmarks.astype({"cpu_time": float, "max_rss": float})
+    numbers = benchmarks.astype({"cpu_time": float, "max_rss": float}).dropna(subset=["cpu_time"])
     numbers["rule"] = numbers.rule.map(costed_as)
     here = numbers.groupby("rule").agg(seconds=("cpu_time", "mean"), memory_mb=("max_rss", "max"))
     known = table.set_index("rule")[["seconds", "memory_mb"]]

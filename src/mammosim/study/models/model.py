@@ -5,12 +5,22 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from mammosim.chain.graph import Stage, overridden
-from mammosim.chain.published_stages import EFFECTS, LAWS, OWN_METHODS, SLIDING, Otherwise, stages_of
+from mammosim.chain.published_stages import (
+    AS_MEASURED,
+    EFFECTS,
+    INCREMENTS,
+    LAWS,
+    OWN_METHODS,
+    SLIDING,
+    Otherwise,
+    stages_of,
+)
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.settings import Count, Positive, read
 from mammosim.core.tissues import TissueTable
 
 PRODUCTS = ("stress_free", "loaded", "force")
+INCREMENTS_TAKEN = 10
 METHOD_WORDS: Mapping[str, str] = {
     "reverse_gravity": "reverse gravity",
     "fixed_point": "fixed point",
@@ -37,9 +47,10 @@ class Model:
     """One file of config/models.
 
     source: a key of the bibliography; known_from: what of it was read; tissues: a table as in config/tissues;
-    settings: those of its effects; increments: of the law in small increments; tolerance_mm: of a stress-free
-    shape loaded again, None for the study's.
-    Raises ConfigurationError for an unknown law, method or effect, and for an effect without its settings.
+    settings: those of its effects; increments: of the law in small increments, by default INCREMENTS_TAKEN;
+    tolerance_mm: of a stress-free shape loaded again, None for the study's.
+    Raises ConfigurationError for an unknown law, method or effect, for an effect without its settings, and
+    for settings that nothing of the model uses.
     """
 
     name: str
@@ -53,7 +64,7 @@ class Model:
     reproduced: str
     not_reproduced: str
     settings: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    increments: Count = 10
+    increments: Count | None = None
     tolerance_mm: Positive | None = None
 
     def __post_init__(self) -> None:
@@ -66,6 +77,14 @@ class Model:
             raise ConfigurationError(f"settings.{lacking[0]} is not there; give the numbers of that effect")
         if idle := sorted(set(self.settings) - wanted):
             raise ConfigurationError(f"settings.{idle[0]}: nothing of the model uses it; leave it out")
+        if self.increments is not None and self.law != INCREMENTS:
+            raise ConfigurationError(
+                f"increments: only the law {INCREMENTS} has them; leave it out, or take that law"
+            )
+        if self.tolerance_mm is not None and self.method == AS_MEASURED:
+            raise ConfigurationError(f"tolerance_mm: the method {AS_MEASURED} unloads nothing; leave it out")
+        if "skin" in self.effects and self._table().skin is None:
+            raise ConfigurationError("tissues has no skin; add it, or leave `skin` out of the effects")
 
     @classmethod
     def of(cls, name: str, values: Mapping[str, Any]) -> "Model":
@@ -96,7 +115,11 @@ class Model:
         """The study's settings with its own in their place; position: in which the breast was measured."""
         tolerance = {} if self.tolerance_mm is None else {"tolerance_mm": self.tolerance_mm}
         own = {
-            "model": {"law": self.law, "increments": self.increments, "position": position},
+            "model": {
+                "law": self.law,
+                "increments": self.increments or INCREMENTS_TAKEN,
+                "position": position,
+            },
             "effects": dict.fromkeys(NOT_IN_STUDY) | dict(self.settings),
             "mechanics": {"stress_free": {"default": self.method} | tolerance},
             # Half of the depth of her breast in prone, whatever the model.

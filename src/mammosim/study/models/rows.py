@@ -17,6 +17,7 @@ from mammosim.chain.points import MaterialPoints
 from mammosim.chain.published import Squeezed
 from mammosim.core.errors import ConfigurationError
 from mammosim.core.mesh import TetMesh
+from mammosim.study.report.texts import literal
 
 POSITIONS = ("prone", "supine", "upright")
 AXES = "xyz"
@@ -99,10 +100,10 @@ def numbers(found: pd.DataFrame) -> dict[str, Any]:
     values: dict[str, Any] = {
         "total": len(found),
         "converged": int((found.outcome == CONVERGED).sum()),
-        "failed": ", ".join(found.title[found.outcome != CONVERGED]) or "none",
-        "nearest": near.title.iloc[0] if len(near) else None,
+        "failed": ", ".join(map(literal, found.title[found.outcome != CONVERGED])) or "none",
+        "nearest": literal(near.title.iloc[0]) if len(near) else None,
         "nearest_mm": float(near.nipple_supine_mm.iloc[0]) if len(near) else None,
-        "farthest": near.title.iloc[-1] if len(near) else None,
+        "farthest": literal(near.title.iloc[-1]) if len(near) else None,
         "farthest_mm": float(near.nipple_supine_mm.iloc[-1]) if len(near) else None,
         "force_least_n": float(force.force_n.min()) if len(force) else None,
         "force_most_n": float(force.force_n.max()) if len(force) else None,

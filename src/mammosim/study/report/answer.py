@@ -28,11 +28,13 @@ from mammosim.study.report.strategy_costs import (
     MAY,
     MORE,
     UNKNOWN,
+    WORDS,
     LossLimits,
     together,
 )
 
 STRATEGIES, BETWEEN = "strategies", "interpolation"
+NEARLY_NONE = -99.9  # percent: an interval of photons may reach below it, and no dose is less than none
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ def reach(t: np.ndarray, low: np.ndarray, high: np.ndarray, limit: float, *, gro
     certain = _first_above(t, high, limit)
     # ASSUME: a loss of detectability is between the chords of its intervals: measured of one thickness in
     # between (docs/decisions/answer.md).
-    lower, most = (np.log1p(low / 100), np.log1p(limit / 100)) if growing else (low, limit)
+    least = np.maximum(low, NEARLY_NONE)
+    lower, most = (np.log1p(least / 100), np.log1p(limit / 100)) if growing else (low, limit)
     possible = _first_above(t, lower, most, slow=growing)
     return Reach(certain, max(certain, possible), BETWEEN, bool(certain < t[-1]))
 
@@ -236,7 +239,7 @@ def _lacking(reduced: pd.DataFrame, best: str) -> str:
     if costs.change_percent.isna().all():
         return "the standard strategy, which the others are compared with, has no image and no dose"
     gone = costs.groupby("quantity", sort=False).change_low_percent.apply(lambda each: each.isna().all())
-    return f"nothing is known of: {', '.join(gone[gone].index)}"
+    return f"nothing is known of: {', '.join(WORDS[str(name)] for name in gone[gone].index)}"
 
 
 def answer_table(found: Iterable[Answer]) -> pd.DataFrame:

@@ -11,9 +11,8 @@ from mammosim.chain.outcome import CONVERGED
 from mammosim.chain.thickness import GIVEN
 from mammosim.io.missing import missing_rows, reason_of
 from mammosim.study.report.answer import Answer
-from mammosim.study.report.answer_words import WORDS
 from mammosim.study.report.pressed_breast import BREAST, Tables, of_breast
-from mammosim.study.report.strategy_costs import COSTS
+from mammosim.study.report.strategy_costs import COSTS, WORDS
 
 # What may not be planned of a volunteer.
 COMPRESSION, FIT = REPORTED["pressed"], REPORTED["fit"]
@@ -130,17 +129,24 @@ def _unknown_costs(answer: Answer, rows: pd.DataFrame, tables: Tables, known: Kn
     reduced = rows[rows.thickness_mm > answer.standard_mm]
     for quantity in COSTS:
         mine = reduced[reduced["quantity"] == quantity]
-        if mine.empty or mine.complete.any():
+        if mine.empty or (mine.complete & mine.change_low_percent.notna()).any():
             continue
+        what = f"what less compression does to {WORDS[quantity]}"
         if mine.change_percent.notna().any():
             yield (
                 f"how sure the change of {WORDS[quantity]} is",
                 "its numerical error was not measured with these settings of X-rays",
                 "snakemake accuracy, or settings of config/accuracy/parameters.yaml",
             )
-        elif np.isfinite(answer.possible_mm) or mine.value.notna().any():
+        elif mine.value.notna().any():
             yield (
-                f"what less compression does to {WORDS[quantity]}",
+                what,
+                f"the standard strategy, with which it is compared, has no {WORDS[quantity]}",
+                "see What is missing",
+            )
+        elif np.isfinite(answer.possible_mm):
+            yield (
+                what,
                 f"there is no result of {WORDS[quantity]}",
                 "xray.strategies and, for d', quantum_noise among xray.effects",
             )

@@ -17,15 +17,12 @@ from mammosim.study.report.strategy_costs import (
     MAY,
     MORE,
     UNKNOWN,
+    WORDS,
     LossLimits,
     together,
 )
+from mammosim.study.report.texts import literal
 
-WORDS: Mapping[str, str] = {
-    DOSE: "dose",
-    MASS: "d' of the mass",
-    CALCIFICATIONS: "d' of the calcifications",
-}
 ROLES: Mapping[str, str] = {
     LESS: "the furthest reduced strategy that costs less in all of the interval",
     MAY: "the furthest reduced strategy that may cost less",
@@ -56,7 +53,7 @@ def _head(a: Answer, limits: LossLimits) -> str:
     """How far thickness may rise, or that this cannot be said."""
     who = f"{a.volunteer}, {a.side}"
     if not np.isfinite(a.possible_mm):
-        why = a.why or "no losses are known"
+        why = literal(a.why) or "no losses are known"
         return f"**{who}: it cannot be said how far compression can be reduced**: {why}."
     begin, cost = f"**{who}: thickness may rise from {a.standard_mm:.1f} to", loss_words(limits)
     if not np.isfinite(a.certain_mm):
@@ -81,7 +78,9 @@ def _force(a: Answer, *to: float) -> str:
 
 
 def _newton(force: float) -> str:
-    """Three digits."""
+    """Three digits, or a dash where nothing is known."""
+    if not np.isfinite(force):
+        return "–"
     return f"{force:.{2 if force < 10 else 1 if force < 100 else 0}f}"
 
 
@@ -94,7 +93,9 @@ def _shown(a: Answer, rows: pd.DataFrame) -> str:
 
 
 def change_words(row: pd.Series) -> str:
-    """A change in percent with its interval: '+147 % (140 to 154)'."""
+    """A change in percent with its interval: '+147 % (140 to 154)'; that it is not known where it is not."""
+    if not np.isfinite(row.change_percent):
+        return "not known"
     low, high = row.change_low_percent, row.change_high_percent
     inside = f" ({percent(low)} to {percent(high)})" if np.isfinite(low) and low < high else ""
     return f"{percent(row.change_percent)} %{inside}"

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from mammosim.io.missing import missing_rows
@@ -92,12 +93,18 @@ def _pressed_words(row: Any, same: pd.DataFrame) -> str:
 
 
 def _image_words(row: Any) -> str:
-    """Dose, and how well calcifications show."""
-    return (
-        f"**Mean glandular dose {row.dose_mgy:.2f} mGy** (standard error {row.dose_se_mgy:.2f}) at "
-        f"{row.mas:.0f} mAs; contrast to noise of the lesion {row.cnr:.2f} in a pixel; d' of the "
-        f"calcifications {row.calcification_d:.1f}."
+    """Dose, and how well lesion and calcifications show, as far as they are known."""
+    told = (
+        (
+            row.dose_mgy,
+            f"**Mean glandular dose {row.dose_mgy:.2f} mGy** (standard error {row.dose_se_mgy:.2f}) at "
+            f"{row.mas:.0f} mAs",
+        ),
+        (row.cnr, f"contrast to noise of the lesion {row.cnr:.2f} in a pixel"),
+        (row.calcification_d, f"d' of the calcifications {row.calcification_d:.1f}"),
     )
+    words = "; ".join(words for value, words in told if np.isfinite(value))
+    return f"{words[0].upper()}{words[1:]}." if words else ""
 
 
 def carried_words(rows: pd.DataFrame) -> str:

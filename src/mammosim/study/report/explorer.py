@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
@@ -56,17 +57,26 @@ class Explorer:
 
 
 def explorer(frame: pd.DataFrame, shown: Exploration) -> Explorer | None:
-    """The explorer of a table; None where the table lacks columns or has no two rows of one line."""
-    columns = [shown.x, *shown.by]
-    if not set(columns) <= set(frame) or not any(name in frame for name in shown.y):
+    """The explorer of a table; None where the table lacks columns or has no two rows of one line.
+
+    A row whose place on the axis is no finite number, or not above 0 on a logarithmic one, is left out.
+    """
+    if not {shown.x, *shown.by} <= set(frame) or not any(name in frame for name in shown.y):
         return None
-    rows = frame.dropna(subset=columns)
+    x = _finite(frame[shown.x])
+    rows = frame[x.notna() & ((x > 0) | (not shown.logarithmic))].dropna(subset=list(shown.by))
     return Explorer(rows, shown) if len(rows) and rows.groupby(list(shown.by)).size().max() > 1 else None
 
 
 def _line(name: str, rows: pd.DataFrame, shown: Exploration) -> Mapping[str, object]:
-    """One line: its name, x in ascending order, and y with None where there is no number."""
-    ordered = rows.sort_values(shown.x)
-    values = {name: ordered[name] for name in shown.y if name in ordered}
-    numbers = {name: [None if pd.isna(v) else float(v) for v in column] for name, column in values.items()}
-    return {"name": name, "x": ordered[shown.x].astype(float).tolist(), "y": numbers}
+    """One line: its name, x in ascending order, and y with None where there is no finite number."""
+    x = _finite(rows[shown.x]).sort_values()
+    values = {name: _finite(rows[name][x.index]) for name in shown.y if name in rows}
+    numbers = {name: [None if pd.isna(v) else v for v in column] for name, column in values.items()}
+    return {"name": name, "x": x.tolist(), "y": numbers}
+
+
+def _finite(column: pd.Series) -> pd.Series:
+    """The numbers of a column as floats, NaN where there is none: JSON has no infinity."""
+    numbers = pd.to_numeric(column, errors="coerce").astype(float)
+    return numbers.where(np.isfinite(numbers))

@@ -43,9 +43,8 @@ def headlines(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | str | Non
 
 
 def _extreme(tables: Mapping[str, pd.DataFrame], table: str, column: str, which: str) -> float | None:
-    if table not in tables or tables[table][column].isna().all():
-        return None
-    return float(tables[table][column].agg(which))
+    values = tables.get(table, pd.DataFrame()).get(column, pd.Series(dtype=float)).dropna()
+    return float(values.agg(which)) if len(values) else None
 
 
 def _morph(tables: Mapping[str, pd.DataFrame]) -> dict[str, float | None]:
@@ -154,6 +153,11 @@ def _answers(rows: pd.DataFrame) -> dict[str, float | str | None]:
 
 
 BREAST = ["volunteer", "side"]
+# The columns that they are taken from: rows of missing results alone have their keys and the reason.
+OF_STRATEGIES = [
+    *(*BREAST, "strategy", "moduli", "force_n", "mean_pressure_kpa", "thickness_mm", "thickness_min_mm"),
+    *("thickness_max_mm", "logarithmic_p95"),
+]
 NAMES = (
     *("standard_force_least_n", "standard_force_most_n", "moduli_force_ratio", "standard_pressure_most_kpa"),
     *("reduced_thicker_percent", "reduced_strain_percent", "unlevel_most_mm", "strategies_unsolved"),
@@ -169,7 +173,7 @@ def numbers_of_strategies(rows: pd.DataFrame) -> dict[str, float | None]:
     `reduced`) leaves a breast thicker, and its strain (95 % of the tissue have less) smaller, than the
     standard; unlevel_most_mm: the largest difference of thickness under one paddle; strategies_unsolved.
     """
-    found = rows[rows.outcome == CONVERGED]
+    found = rows[rows.outcome == CONVERGED].reindex(columns=OF_STRATEGIES)
     standard = found[found.strategy == STANDARD]
     force = standard.groupby(BREAST).force_n.agg(["min", "max"])
     beside = found.merge(standard, on=[*BREAST, "moduli"], suffixes=("", "_standard"))

@@ -1,6 +1,6 @@
 """From a layout, the nested plain values of a file of sections, to the sections of a page."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
@@ -130,6 +130,11 @@ def sections(
         else:
             found.append(Section(page.title, f"Made on demand, by `snakemake {part.page}`: not yet."))
     return tuple(found)
+
+
+def titles(layout: Layout, pages: Iterable[Layout] = ()) -> list[str]:
+    """Titles of all sections that a page may have, whatever is lacking; pages: those that it may include."""
+    return [part.title for each in (layout, *pages) for part in each.sections if part.title]
 
 
 def section(part: Part, contents: Contents) -> Section:

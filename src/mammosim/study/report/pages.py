@@ -9,6 +9,7 @@ from functools import cached_property
 from importlib import resources
 from io import BytesIO
 
+import numpy as np
 import pandas as pd
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
@@ -25,9 +26,10 @@ UNITS: Mapping[str, str] = {
     "mgy": "mGy", "ugy": "µGy", "mas": "mAs", "kev": "keV", "deg": "°", "percent": "%", "s": "s", "mb": "MB",
     "mj": "mJ", "ev": "eV",
 }  # fmt: skip
-LINK = re.compile(r"\[([^\]]+)\]\((#[a-z0-9-]+|[a-z0-9_]+\.html)\)")
+LINK = re.compile(r"\[([^\]]+)\]\((#[\w-]+|[a-z0-9_]+\.html)\)")
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 SCREEN_DPI = 96  # a pixel of CSS is 1/96 inch
+LONG = 1e9  # numbers from which their digits are not written out
 SHORT = 12  # rows of a table that is shown whole
 PROSE, LABEL = 60, 30  # letters: more of a cell is a sentence, up to so many stay on one line
 KB, MB = 1e3, 1e6
@@ -94,7 +96,8 @@ class Listing:
         kinds = []
         for place, column in enumerate(self.frame.columns):
             longest = max((len(row[place]) for row in self.rows), default=0)
-            number = pd.api.types.is_numeric_dtype(self.frame[column])
+            dtype = self.frame[column].dtype
+            number = pd.api.types.is_numeric_dtype(dtype) and not pd.api.types.is_bool_dtype(dtype)
             text = "prose" if longest > PROSE else "label" if longest <= LABEL else ""
             kinds.append("number" if number else text)
         return kinds
@@ -135,7 +138,7 @@ class Section:
     @property
     def anchor(self) -> str:
         """Where the table of contents points to."""
-        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
+        return re.sub(r"[\W_]+", "-", self.title.lower()).strip("-")
 
 
 def report(
@@ -238,8 +241,8 @@ def cell(value: object) -> str:
         return "–"
     if isinstance(value, str) and (link := LINK.fullmatch(value)):
         return Markup('<a href="{}">{}</a>').format(link[2], link[1])
-    if isinstance(value, bool):
+    if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+        return f"{value:,.0f}" if 1000 <= abs(value) < LONG else f"{value:.4g}"
     return str(value)

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 import pandas as pd
 
@@ -36,13 +37,23 @@ class Questions(Settings):
     questions: tuple[Question, ...]
 
     def table(
-        self, sections: Sequence[Section], pages: Mapping[str, str], made: Collection[str]
+        self,
+        sections: Sequence[Section],
+        pages: Mapping[str, str],
+        made: Collection[str],
+        titles: Collection[str],
     ) -> pd.DataFrame:
         """question, answered_in: a link '[words](where)', or why there is none.
 
-        sections: of the report; pages: the title of each page by its target; made: those that were made.
-        Raises ConfigurationError for a page without title.
+        sections: of the report; pages: the title of each page by its target; made: those that were made;
+        titles: of all sections that a report may have.
+        Raises ConfigurationError for a page without title, and for a section that no report has.
         """
+        for each in self.questions:
+            if each.section and each.section not in titles:
+                near = get_close_matches(each.section, titles, n=1)
+                advice = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(titles)}"
+                raise ConfigurationError(f"{each.question!r} names no section {each.section!r}; {advice}")
         anchors = {section.title: section.anchor for section in sections}
         rows = [(each.question, _place(each, anchors, pages, made)) for each in self.questions]
         return pd.DataFrame(rows, columns=["question", "answered_in"])

@@ -29,6 +29,11 @@ COSTS: Mapping[str, tuple[str, int]] = {
     MASS: ("detectability", -1),
     CALCIFICATIONS: ("detectability", -1),
 }
+WORDS: Mapping[str, str] = {
+    DOSE: "dose",
+    MASS: "d' of the mass",
+    CALCIFICATIONS: "d' of the calcifications",
+}
 LESS, MAY, MORE, UNKNOWN = "less", "may be less", "more", "cannot be said"
 
 
@@ -151,7 +156,7 @@ def _seen(breast: PressedBreast, numerical: Numerical, limits: LossLimits) -> It
             told = "" if row.strategy == STANDARD else verdict(*loss, getattr(limits, limit))
             told = MAY if told == LESS and not complete else told
             yield _keys(row) | {
-                "quantity": quantity, "value": q, "low": q * (1 - h), "high": q * (1 + h),
+                "quantity": quantity, "value": q, "low": q - abs(q) * h, "high": q + abs(q) * h,
                 "interval_from": why if h > 0 else "", "change_percent": c, "change_low_percent": low,
                 "change_high_percent": high, "complete": complete, "costs": told,
             }  # fmt: skip
@@ -161,7 +166,7 @@ def _change(q: float, h: float, q0: float, h0: float) -> tuple[float, float, flo
     """The change in percent, and its interval."""
     if not q0 > 0:
         return (np.nan,) * 3
-    half = q / q0 * np.hypot(h, h0)
+    half = abs(q / q0) * np.hypot(h, h0)
     change = q / q0 - 1
     return 100 * change, 100 * (change - half), 100 * (change + half)
 
@@ -175,8 +180,8 @@ def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
     rows = image.reindex(columns=["strategy", "dose_mgy", "dose_se_mgy", "cnr_quantum", "lesion_pixels",
                                   "calcification_d_expected", "calcification_d_low",
                                   "calcification_d_high"])  # fmt: skip
-    n, N = numerical, rows.lesion_pixels.astype(float)
-    photons = QUANTILE * rows.dose_se_mgy / rows.dose_mgy
+    n, N, dose_mgy = numerical, _amount(rows.lesion_pixels), _amount(rows.dose_mgy)
+    photons = QUANTILE * rows.dose_se_mgy / dose_mgy
     # ASSUME: half of the pixels on the rim of a mass's shadow, of which a disc has 2 sqrt(pi N), count by
     # chance.
     counted = QUANTILE / 2 * np.sqrt(2 * np.sqrt(np.pi * N) / 4) / N
@@ -186,7 +191,7 @@ def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
     dose, contrast, calcification = map(np.isfinite, (n.dose, n.contrast, n.calcification))
     return pd.DataFrame({
         "strategy": rows.strategy,
-        DOSE: rows.dose_mgy.astype(float),
+        DOSE: dose_mgy,
         f"{DOSE}_half": np.hypot(photons, np.nan_to_num(n.dose / 100)).astype(float),
         f"{DOSE}_from": "photons, voxels" if dose else "photons",
         f"{DOSE}_complete": dose,
@@ -200,6 +205,12 @@ def seen(image: pd.DataFrame, numerical: Numerical) -> pd.DataFrame:
         f"{CALCIFICATIONS}_from": "voxels, rays, scatter" if calcification else "the observer's images",
         f"{CALCIFICATIONS}_complete": calcification,
     })  # fmt: skip
+
+
+def _amount(column: pd.Series) -> pd.Series:
+    """The numbers of a column that are one of photons, energy or pixels: above 0 and finite; NaN else."""
+    numbers = column.astype(float)
+    return numbers.where((numbers > 0) & (numbers < np.inf))
 
 
 def verdict(low: float, high: float, limit: float) -> str:

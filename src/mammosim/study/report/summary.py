@@ -141,9 +141,10 @@ def made_words(made: Mapping[str, Any], *, date: str, jobs: pd.DataFrame | None 
     }
     if jobs is None or jobs.empty:
         return found
-    hours, largest = jobs.cpu_time.sum() / 3600, jobs.loc[jobs.max_rss.idxmax()]
+    hours, weighed = jobs.cpu_time.sum() / 3600, jobs.dropna(subset=["max_rss"]).sort_values("max_rss")
     took = f"{len(jobs)} jobs, {hours:.1f} processor hours, {jobs.s.sum() / 3600:.1f} hours one after another"
-    return found | {"Durations": f"{took}; at most {largest.max_rss / 1000:.1f} GB ({largest.rule})"}
+    most = [f"at most {row.max_rss / 1000:.1f} GB ({row.rule})" for row in weighed.tail(1).itertuples()]
+    return found | {"Durations": "; ".join([took, *most])}
 
 
 def digest(values: Configuration) -> str:

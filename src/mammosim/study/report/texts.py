@@ -19,6 +19,11 @@ FORMULA = re.compile(r"\$([^$\n]+(?:\n[^$\n]+)*)\$")
 CITATION = re.compile(r"\[(@\w+(?:\s*;\s*@\w+)*)\]")
 # Behind these a citation is part of the sentence, and stands without brackets.
 PART_OF_SENTENCE = re.compile(r"\b(?:of|in|as|by|from|to|with|than) $", re.I)
+# What a text marks something by, each behind a backslash and as what stands for it while marks are read.
+MARKS = r"\`*[](){}$"
+_STANDS_FOR = {mark: chr(0xE000 + number) for number, mark in enumerate(MARKS)}  # of private use
+_MARKS_AGAIN = {ord(each): mark for mark, each in _STANDS_FOR.items()}
+_ESCAPED_OR_FORMULA = re.compile(rf"\\([{re.escape(MARKS)}])|\$[^$\n]+(?:\n[^$\n]+)*\$")
 # What MathML may have on a page: no element or attribute that runs, loads or links anything.
 ELEMENTS = re.compile(
     r"math|mrow|mi|mn|mo|ms|mtext|mspace|mfrac|msqrt|mroot|msub|msup|msubsup|munder|mover|munderover|mtable"
@@ -31,11 +36,22 @@ ATTRIBUTES = re.compile(
 )
 
 
+def literal(text: object) -> str:
+    """What a person, a file or a program has written, for a text: its marks are letters, its lines one."""
+    return re.sub(rf"[{re.escape(MARKS)}]", r"\\\g<0>", " ".join(str(text).split()))
+
+
+def _set_aside(text: str) -> str:
+    """The text with what stands for a mark that is a letter; formulas have their own backslashes."""
+    return _ESCAPED_OR_FORMULA.sub(lambda found: _STANDS_FOR[found[1]] if found[1] else found[0], text)
+
+
 def quoted(text: str, numbers: Numbers) -> str:
     """The text with each {name:format} replaced by that number, or by a dash where there is none.
 
-    A sentence all of whose numbers are None is left out; formulas keep their braces.
+    A sentence all of whose numbers are None is left out; formulas, and what is `literal`, keep their braces.
     """
+    text = _set_aside(text)
 
     def value(match: re.Match[str]) -> str:
         name, shape = match[1], match[2] or ""
@@ -64,13 +80,15 @@ def paragraphs(text: str, sources: Sources | None = None) -> list[Markup]:
 def words(text: str, sources: Sources | None = None) -> Markup:
     """HTML of plain text with `code`, **bold**, [words](path), $formulas$ and citations [@key; @key].
 
-    sources: what may be cited; by default nothing, and a citation stays as it is written.
+    What `literal` has written stays as it is. sources: what may be cited; by default nothing, and a citation
+    stays as it is written.
     Raises ConfigurationError for a key that is not among the sources, and for a formula that is no LaTeX.
     """
-    pieces = FORMULA.split(text)  # every second one is a formula
-    return Markup("").join(
+    pieces = FORMULA.split(_set_aside(text))  # every second one is a formula
+    html = Markup("").join(
         formula(piece) if number % 2 else _plain(piece, sources) for number, piece in enumerate(pieces)
     )
+    return Markup(html.translate(_MARKS_AGAIN))
 
 
 def _plain(text: str, sources: Sources | None) -> Markup:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import pandas as pd
 
 from mammosim.study.report.pages import Listing, Picture, Section
+from mammosim.study.report.texts import literal
 
 # What is not planned, and why; '' where it is planned.
 Plan = Sequence[tuple[str, str]]
@@ -63,7 +64,10 @@ def _of_position(each: Checked) -> Section:
     """Pictures, files and what was measured of one position."""
     used = "This position is not used: it cannot be brought into one frame with the others."
     words = " ".join(
-        [*([] if each.used else [used]), *([f"Noted: {'; '.join(each.notes)}."] if each.notes else [])]
+        [
+            *([] if each.used else [used]),
+            *([f"Noted: {'; '.join(map(literal, each.notes))}."] if each.notes else []),
+        ]
     )
     rows = [*each.files.items(), *each.read.items(), *_shown(each.quality)]
     frame = pd.DataFrame(rows, columns=["what", "value"])

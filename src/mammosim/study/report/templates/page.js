@@ -68,10 +68,10 @@ function startZoom() {
   dialog.addEventListener("keydown", (event) => ({ ArrowLeft: acts.previous, ArrowRight: acts.next })[event.key]?.());
 }
 
-// ---- Tables. A cell is text as it is shown: 1,234 or a dash; where a column holds numbers it sorts as these.
+// ---- Tables. A cell is text as it is shown: 1,234, inf or a dash; where a column holds numbers it sorts as these.
 function value(text, numeric) {
   if (!numeric) return text;
-  const number = parseFloat(text.replaceAll(",", ""));
+  const number = parseFloat(text.replaceAll(",", "").replace("inf", "Infinity"));
   return Number.isNaN(number) ? -Infinity : number;
 }
 

@@ -165,6 +165,10 @@ function tell(body, field, axis, limit, faces, scale) {
 }
 
 // ---- Turning by buttons and keys.
+function isDrawn() {
+  return Boolean(control("plot")._fullLayout?.scene);
+}
+
 function turn(degrees, tilt) {
   const plot = control("plot");
   const camera = structuredClone(plot._fullLayout.scene._scene.getCamera());
@@ -179,13 +183,13 @@ function turn(degrees, tilt) {
 const KEYS = { ArrowLeft: [-10, 0], ArrowRight: [10, 0], ArrowUp: [0, 10], ArrowDown: [0, -10] };
 
 function turnByKey(event) {
-  if (!KEYS[event.key]) return;
+  if (!KEYS[event.key] || !isDrawn()) return;
   event.preventDefault();
   turn(...KEYS[event.key]);
 }
 
 function turnByButton({ target }) {
-  const how = target.dataset.turn;
+  const how = isDrawn() && target.dataset.turn;
   if (how === "reset") Plotly.relayout(control("plot"), { "scene.camera": FRONT });
   else if (how) turn(...how.split(" ").map(Number));
 }
@@ -219,17 +223,24 @@ function showWoman(name) {
   choose();
 }
 
+// In the place of a body: nothing is left of the one before to choose or to turn.
 function say(text) {
   control("told").textContent = text;
+  for (const id of ["body", "field", "where"]) control(id).replaceChildren();
   Plotly.purge(control("plot"));
+}
+
+function sayOf(name, text) {
+  if (control("volunteer").value === name) say(text);
 }
 
 function load(name) {
   if (women.has(name)) return showWoman(name);
+  control("absent").replaceChildren();
   const script = document.createElement("script");
   script.src = `view/${encodeURIComponent(name)}.js`;
-  script.onerror = () => say(`view/${name}.js is not beside this page: copy the whole folder, or run snakemake again.`);
-  script.onload = () => women.has(name) || say(`view/${name}.js holds no bodies: its log in results/logs/view says why.`);
+  script.onerror = () => sayOf(name, `view/${name}.js is not beside this page: copy the whole folder, or run snakemake again.`);
+  script.onload = () => women.has(name) || sayOf(name, `view/${name}.js holds no bodies: its log in results/logs/view says why.`);
   document.head.append(script);
 }
 
