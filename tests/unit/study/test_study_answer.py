@@ -261,7 +261,7 @@ def test_between_strategies_the_dose_lies_between_a_line_and_a_slow_exponential(
     assert "interpolated" in sentence(found, costs, LIMITS)
 
 
-# Dose in mGy at the standard thickness, a quarter thicker, and with the next strategy, of two digital women.
+# Dose in mGy of two digital volunteers: at the standard thickness, a quarter thicker, with the next strategy.
 MEASURED = [
     ((45.0, 2.1051), (56.25, 3.6004), (63.983, 5.1964)),
     ((60.0, 2.558), (75.0, 3.9252), (82.184, 5.1601)),
