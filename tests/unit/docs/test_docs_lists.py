@@ -42,7 +42,7 @@ def test_a_campaign_may_ask_what_its_page_lists(repository):
 @pytest.mark.parametrize(
     ("page", "start", "end"),
     [
-        ("config/README.md", "a column `codes` names a preset", "or a file"),
+        ("config/README.md", "It names a preset", "or a file"),
         ("docs/data.md", "what its codes mean", "or a file"),
     ],
 )
