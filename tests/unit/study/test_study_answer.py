@@ -149,7 +149,7 @@ def test_without_a_measured_numerical_error_an_interval_says_what_it_holds_and_n
     words = sentence(found, costs, LIMITS)
     assert f"to about {found.possible_mm:.1f} mm (" in words
     assert "at most" not in words, "by an interval that lacks an error nothing is an upper bound"
-    assert "not every numerical error was measured, and nothing is certain" in words
+    assert "not every numerical error was measured, so that no thickness is certain" in words
     dear = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 4.0)])
     _, found = asked(dear, numerical)
     assert found.verdict == MORE
@@ -325,7 +325,7 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     costs, found = asked(given)
     assert np.isnan(found.certain_mm)
     assert np.log(1.2) * slow((found.possible_mm - 50) / 5) == pytest.approx(np.log(1.05))
-    assert "not every loss is known, and nothing is certain" in sentence(found, costs, LIMITS)
+    assert "not every loss is known, so that no thickness is certain" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
 
