@@ -16,7 +16,7 @@ PLANNED = {
     "--list",
     "--cores 2",
     "--profile workflow/profiles/local",
-    "--cores 2 --configfile scenes.yaml -- scenes",
+    "--cores 2 --configfile mine/scenes.yaml -- scenes",
     "--cores 2 plan",
     "--cores 2 crate",
     "--cores 2 campaign_example",
@@ -51,14 +51,15 @@ MADE = {
     "lock": "tests/unit/tools/test_tools_lock.py",
 }
 EXAMPLES = "tests/unit/examples/test_examples.py::test_an_example_runs_and_prints_what_is_sound"
+# What has been typed before the commands of that test.
+TYPED = "tests/workflow/test_workflow_commands.py::test_commands_can_be_planned"
 # Others, and the test that runs them.
 RUN: Mapping[str, str] = {
     ".venv/bin/snakemake --profile workflow/profiles/slurm": (
         "tests/workflow/test_workflow_cluster.py::test_the_tiny_study_ends_with_its_report_and_has_a_campaign"
     ),
-    "printf 'scenes: {names: [force]}\\n' > scenes.yaml": (
-        "tests/workflow/test_workflow_commands.py::test_commands_can_be_planned"
-    ),
+    "mkdir -p mine": TYPED,
+    "printf 'scenes: {names: [bending]}\\n' > mine/scenes.yaml": TYPED,
     ".venv/bin/python -m pip install gecatsim==1.6.6": (
         "tests/unit/docs/test_docs_commands.py::test_packages_are_those_of_the_extras"
     ),

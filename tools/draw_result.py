@@ -56,7 +56,7 @@ def result(results: Path) -> Figure:
         ax = figure.add_subplot(grid[row, 2])
         draw_against_thickness(ax, table, column)
     ax.set_xlabel("compressed thickness (mm)")
-    ax.legend(title="digital woman", loc="lower right")
+    ax.legend(title="digital volunteer", loc="lower right")
     return figure
 
 

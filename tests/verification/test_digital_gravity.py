@@ -30,7 +30,7 @@ def woman(repository):
 
 @pytest.fixture(scope="module")
 def common(repository):
-    """What the digital women are made of."""
+    """What the digital volunteers are made of."""
     values = yaml.safe_load((repository / "config/tissues/volunteer.yaml").read_text())
     return read(TissueTable, values, "tissues")
 

@@ -1,7 +1,9 @@
 """The commands of README and of the documentation can be planned, as they are typed."""
 
 import os
+import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,12 +15,16 @@ from tiny_woman import tiny_labels
 from mammosim.io.images import write_labels
 
 pytestmark = pytest.mark.workflow
+EXTEND = Path(__file__).parents[2] / "docs/extend.md"
 
-# What a page has typed before: her table and settings, and the settings of a scene.
+# The scene of docs/extend.md.
+SCENE = re.findall(r"^```yaml\n(.*?)^```$", EXTEND.read_text(encoding="utf-8"), flags=re.M | re.S)[0]
+# What a page has written before: her table and settings, and a scene with its settings.
 GIVEN = {
     "mine/volunteers.tsv": "volunteer\tposition\tlabels\tgravity\nada\tprone\tmine/labels.nii.gz\t0 -1 0\n",
     "mine/mine.yaml": "volunteers: [ada]\nvolunteer_table: mine/volunteers.tsv\n",
-    "scenes.yaml": "scenes: {names: [force]}\n",
+    "mine/scenes.yaml": "scenes: {names: [bending]}\n",
+    "config/scenes/bending.yaml": SCENE,
 }
 
 
@@ -46,7 +52,7 @@ def test_every_command_is_in_a_group():
 @pytest.mark.parametrize("options", GROUPS)
 def test_commands_can_be_planned(options, study, tmp_path):
     os.symlink(study.home / "workflow", tmp_path / "workflow")
-    os.symlink(study.home / "config", tmp_path / "config")
+    shutil.copytree(study.home / "config", tmp_path / "config")
     for name, text in GIVEN.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)

@@ -184,7 +184,7 @@ def test_ctrl_c_ends_in_three_lines_of_which_the_last_says_how_to_go_on(new, und
     said, _ = run.communicate(timeout=30 * undisturbed.seconds)
     last = said.splitlines()[-3:]
     assert last[0].startswith("Stopped as you asked")
-    assert last[-1].endswith("the same command again does only what is left.")
+    assert last[-1].endswith("the same command computes only what is left.")
     assert "Traceback" not in said
     assert "Error in rule" not in said
     finish(new)

@@ -114,7 +114,7 @@ def test_ctrl_c_ends_the_job_and_the_last_three_lines_say_how_to_go_on(begun):
     assert run.returncode != 0
     assert not runs(job)
     last = said.splitlines()[-3:]
-    assert last[0] == "Stopped as you asked; 1 job left, those that were running among them."
-    assert last[-1].endswith("the same command again does only what is left.")
+    assert last[0] == "Stopped as you asked; 1 job left, including those that were running."
+    assert last[-1].endswith("the same command computes only what is left.")
     assert "Error in rule" not in said
     assert "Traceback" not in said

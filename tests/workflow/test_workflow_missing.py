@@ -112,7 +112,7 @@ def test_whatever_follows_from_a_missing_mesh_says_so_and_the_other_woman_is_com
     said = asked(two, {"volunteers": [WOMAN, OTHER]} | ONE_OF_EACH, "--rerun-triggers", "mtime", "input")
     assert (two.run / "results/study/report.html").read_bytes() != before
     assert missing(two).reason.tolist() == [why]
-    assert "One result could not be had." in begins(two)
+    assert "One result could not be computed." in begins(two)
     assert why in begins(two)
     assert f"  {why}" in said.splitlines()[-20:]
     for name in ("compression", "image", "identification", "validation"):

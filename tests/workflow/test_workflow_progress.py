@@ -38,8 +38,8 @@ def test_a_failure_is_named_last_and_the_other_jobs_have_run(broken):
     log = broken.run / "results/logs/digital_woman/large.log"
     named = lines.index("  digital_woman large: RuntimeError: a fault of the program")
     assert lines[named + 1] == f"    log: {log}"
-    assert "Not run, for want of what failed: 1 job." in lines
-    assert lines[-1].startswith(f"All the rest is there, in {broken.run / 'results'}")
+    assert "Not run, since they need what failed: 1 job." in lines
+    assert lines[-1].startswith(f"All the remaining results are in {broken.run / 'results'}")
     assert "RuntimeError" in log.read_text()
     assert (broken.run / BESIDE).exists()
     assert minutes_left(result.stdout)[-1] == 1, "what cannot run any more takes no time"

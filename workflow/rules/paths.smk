@@ -235,4 +235,4 @@ HER_TABLES = [
     ),
     *("compression", "field", "conservation", "dose", "slices", "image"),
 ]
-HER_PLACES = "prone|supine|supine_tilted|upright|left|right|gravity|compression"
+HER_PLACES = "|".join([*GRAVITY, "left", "right", "gravity", "compression"])

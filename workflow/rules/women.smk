@@ -1,4 +1,4 @@
-# Whom the study is about: the table of volunteers, the digital women, and paths for all of them.
+# Whom the study is about: the table of volunteers, the digital volunteers, and paths for all of them.
 from types import SimpleNamespace
 
 from mammosim.chain import allowed
@@ -21,7 +21,7 @@ def tissue_table(name):
 def volunteer_table(file):
     """config/volunteers.tsv as (volunteer, position) -> row, each gravity in agreement with its position.
 
-    A digital woman who has no row there gets hers: where the rules that make her put her scans.
+    A digital volunteer who has no row there gets hers: where the rules that make her put her scans.
     """
     given = [row for row in rows_of(file, DIGITAL) if row["volunteer"] in WOMEN]
     made = [w for w in DIGITAL if w not in {row["volunteer"] for row in given}]
@@ -55,7 +55,7 @@ def is_there(path):
 
 
 def scanned_positions(woman):
-    """The positions that a digital woman is scanned in."""
+    """The positions that a digital volunteer is scanned in."""
     return RECOVERY["positions"] if woman in MADE else ["prone", "supine", "supine_tilted"]
 
 

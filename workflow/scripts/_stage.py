@@ -42,7 +42,7 @@ def run(snakemake) -> Iterator[dict[str, str]]:
         if not isinstance(error, MissingResult):
             logging.error("no answer", exc_info=error)
             reason = f"{' '.join([snakemake.rule, *job.values()])}: {reason}"
-            sys.stderr.write(f"\nmissing, and the other jobs go on: {reason}\n\n")
+            sys.stderr.write(f"\nno result here; all other jobs continue: {reason}\n\n")
         for path in snakemake.output:
             write_in_place(path, reason, job)
 

@@ -15,7 +15,7 @@ TOLD = {
     "report.html": "Every figure and table on one page, with the figures and scripts beside it",
     "numbers.json": "Every quoted number",
     "provenance.json": "Versions, configuration and assumptions",
-    "missing.csv": "What could not be had, and why",
+    "missing.csv": "What could not be computed, and why",
     "not_planned.csv": "What the data of a volunteer do not allow, and why",
 }
 

@@ -9,7 +9,7 @@ from mammosim.chain.graph import Chain
 # What a person may give of a position.
 IMAGES, LABELS, STROKES, FIDUCIALS = "images", "labels", "strokes", "fiducials"
 FOUND = "; they are found in prone, to about 10 mm, and dose and force depend on them"
-# Measured on labels of digital women, from the right motion on (docs/decisions/identification.md).
+# Measured on labels of digital volunteers, from the right motion on (docs/decisions/identification.md).
 UNSURE = "; the rib cage of labels alone does not register positions reliably: it was up to 5.5 mm off"
 # What the study asks beside the stages of the chain: the stages and questions that each goes on from.
 QUESTIONS: Mapping[str, tuple[str, ...]] = {

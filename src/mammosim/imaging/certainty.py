@@ -28,7 +28,7 @@ from mammosim.core.rigid import RigidTransform
 from mammosim.core.volume import Grid, Image
 
 # Parts along x, y and z, with as many voxels each: as wide as organs. What two smaller ones leave is alike:
-# of 70 registrations of digital women, 16 were off by more at the chest wall than 18 parts said.
+# of 70 registrations of digital volunteers, 16 were off by more at the chest wall than 18 parts said.
 PARTS = (2, 2, 2)
 # Smoothing before slopes are taken, mm: noise in the slopes would make a registration look surer than it is.
 SMOOTHING_MM = 2.0

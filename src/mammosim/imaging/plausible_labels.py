@@ -6,10 +6,10 @@ are, and mirrored along one axis or more, or with the signs of x and y reversed,
     d: mean distance of the foremost labelled voxel of each row along y from the skin that the image shows
     R2 = 1 - sum_l n_l var_l / (n var): the part of the variance of its brightness that the tissues l explain
 
-over the voxels of soft tissue. In 14 label maps of 8 series (digital women, Duke 001, a made one) d was
+over the voxels of soft tissue. In 14 label maps of 8 series (digital volunteers, Duke 001, a made one) d was
 1.0 to 2.2 mm as given and 1.9 to 30 mm mirrored, R2 1.6 to 10 times as large as given as mirrored. Moved
-along an axis, those of Duke 001 and of digital women had d of 3.2 to 8.2 mm by 10 mm, and 5.9 to 15.7 mm by
-20 mm; R2 was 0.06 to 0.64 and 0.09 to 0.41 of that as given.
+along an axis, those of Duke 001 and of digital volunteers had d of 3.2 to 8.2 mm by 10 mm, and 5.9 to
+15.7 mm by 20 mm; R2 was 0.06 to 0.64 and 0.09 to 0.41 of that as given.
 """
 
 from collections.abc import Callable

@@ -56,7 +56,7 @@ LEAST_COVER_MM = 6.0
 SKIN_MM = 3.0
 # ASSUME: under the outermost layer a voxel is skin where the classifier is sure of it by 60 %; before fat the
 # body is a voxel larger where skin is likely by 15 %: the skin, thinner than a voxel, is half air there.
-# Both by six scans of the digital women (docs/decisions/segmentation.md).
+# Both by six scans of the digital volunteers (docs/decisions/segmentation.md).
 SURE_SKIN, LEAST_SKIN = 0.6, 0.15
 LEAST_POINTS = 3
 # What must be painted; air is known round the body.

@@ -30,7 +30,7 @@ COARSE = Settings(voxel_mm=4.0, smoothing_mm=(4.0,), iterations=60, samples=20_0
 STARTS = 3
 # Steps of less than this in the middle of the rib cage end the last ones: no registration is that sure.
 LAST_MM, LAST_STEPS = 0.01, 10
-# ASSUME: below this correlation inside the rib cage two images do not show the same chest. Digital women
+# ASSUME: below this correlation inside the rib cage two images do not show the same chest. Digital volunteers
 # whose chests differ in nothing but the lungs' vessels reach 0.84 with each other, and 0.99 with themselves.
 LEAST_CORRELATION = 0.9
 # ASSUME: a registration that may be off by more than this at the chest wall is of no use for the breasts.

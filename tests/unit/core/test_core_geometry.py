@@ -81,18 +81,23 @@ def test_a_linear_tetrahedron_is_rejected(tetrahedron):
         TetMesh(tetrahedron, np.array([[0, 1, 2, 3]]), np.array([1]))
 
 
+def shares_of(**given: float) -> np.ndarray:
+    """Shares (n_label,) of one cell, by tissue."""
+    return np.array([given.get(label.tissue, 0.0) for label in Label])
+
+
 def test_a_cell_without_shares_is_wholly_of_its_tissue(tetrahedron):
     mesh = TetMesh(tetrahedron, np.arange(10)[None], np.array([Label.GLANDULAR]))
-    assert mesh.composition.tolist() == [[0, 0, 1, 0, 0, 0, 0, 0]]
+    assert mesh.composition.tolist() == [shares_of(glandular=1).tolist()]
 
 
 @pytest.mark.parametrize(
     ("shares", "words"),
     [
-        ([0.0, 0.5, 0.5], r"shares \(1, 3\) must be \(n_cell, n_label\) = \(1, 8\)"),
-        ([0.0, 0.5, 0.6, 0, 0, 0, 0, 0], "sum to 1"),
-        ([0.0, -0.5, 1.5, 0, 0, 0, 0, 0], "positive or zero"),
-        ([0.0, 0.7, 0.3, 0, 0, 0, 0, 0], "tissue must be the label of the largest share"),
+        ([0.0, 0.5, 0.5], rf"shares \(1, 3\) must be \(n_cell, n_label\) = \(1, {len(Label)}\)"),
+        (shares_of(adipose=0.5, glandular=0.6), "sum to 1"),
+        (shares_of(adipose=-0.5, glandular=1.5), "positive or zero"),
+        (shares_of(adipose=0.7, glandular=0.3), "tissue must be the label of the largest share"),
     ],
 )
 def test_shares_that_cannot_be_are_rejected(tetrahedron, shares, words):

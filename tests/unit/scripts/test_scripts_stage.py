@@ -58,7 +58,7 @@ def test_without_an_answer_every_output_says_whose_and_why_in_one_line(stage, jo
         raise MechanicsError("it slides\n  away")
     reason = "soften ada left 0.5: it slides away"
     require_missing(job, reason)
-    assert f"missing, and the other jobs go on: {reason}" in capsys.readouterr().err
+    assert f"no result here; all other jobs continue: {reason}" in capsys.readouterr().err
 
 
 def test_what_is_missing_before_it_is_handed_on_as_it_was_said_first(stage, job, capsys):

@@ -151,7 +151,7 @@ def test_without_a_measured_numerical_error_an_interval_says_what_it_holds_and_n
     words = sentence(found, costs, LIMITS)
     assert f"to about {found.possible_mm:.1f} mm (" in words
     assert "at most" not in words, "by an interval that lacks an error nothing is an upper bound"
-    assert "not every numerical error was measured, and nothing is certain" in words
+    assert "not every numerical error was measured, so that no thickness is certain" in words
     dear = tables(**STANDARD_AND, image=[imaged("standard", 2.0), imaged("gentle", 4.0)])
     _, found = asked(dear, numerical)
     assert found.verdict == MORE
@@ -263,7 +263,7 @@ def test_between_strategies_the_dose_lies_between_a_line_and_a_slow_exponential(
     assert "interpolated" in sentence(found, costs, LIMITS)
 
 
-# Dose in mGy at the standard thickness, a quarter thicker, and with the next strategy, of two digital women.
+# Dose in mGy of two digital volunteers: at the standard thickness, a quarter thicker, with the next strategy.
 MEASURED = [
     ((45.0, 2.1051), (56.25, 3.6004), (63.983, 5.1964)),
     ((60.0, 2.558), (75.0, 3.9252), (82.184, 5.1601)),
@@ -369,7 +369,7 @@ def test_without_calcifications_the_range_is_an_upper_bound():
     costs, found = asked(given)
     assert np.isnan(found.certain_mm)
     assert np.log(1.2) * slow((found.possible_mm - 50) / 5) == pytest.approx(np.log(1.05))
-    assert "not every loss is known, and nothing is certain" in sentence(found, costs, LIMITS)
+    assert "not every loss is known, so that no thickness is certain" in sentence(found, costs, LIMITS)
     rows = limits_table([found], costs, given, KNOWN)
     assert (rows.cannot_be_said == "what less compression does to d' of the calcifications").any()
 

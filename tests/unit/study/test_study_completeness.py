@@ -16,7 +16,7 @@ def test_each_reason_is_named_once_with_what_lacks_it():
     tables = {"image": gone, "dose": gone, "sweep": pd.DataFrame({"outcome": ["converged", "failed: soft"]})}
     found = missing_results(tables, {"mammogram_large": "mesh large prone: open", "sweep": None})
     assert found.values.tolist() == [["mesh large prone: open", "image, dose", "mammogram_large"]]
-    assert "One result could not be had" in completeness_sentence(found)
+    assert "One result could not be computed" in completeness_sentence(found)
 
 
 def test_a_complete_study_says_so():
@@ -29,7 +29,7 @@ def test_a_complete_study_says_so():
 def test_a_terminal_ends_with_few_short_lines():
     gone = pd.DataFrame({"outcome": [f"missing: mesh {n}: {'open ' * 100}" for n in range(30)]})
     lines = missing_in_brief(list(missing_results({"image": gone}, {}).reason)).splitlines()
-    assert lines[0] == "30 results could not be had:"
+    assert lines[0] == "30 results could not be computed:"
     assert lines[1].startswith("  mesh 0: open")
     assert lines[-2] == "  and 22 more"
     assert len(lines) < 15

@@ -53,8 +53,8 @@ def test_each_failure_is_named_with_its_reason_and_its_log(said, tmp_path):
     assert lines[0] == "2 jobs failed:"
     assert lines[1] == "  compress 0: EquilibriumError: no equilibrium at 45 mm"
     assert lines[2] == f"    log: {tmp_path / 'job.log'}"
-    assert lines[5] == "Not run, for want of what failed: 7 jobs."
-    assert lines[-1].startswith(f"All the rest is there, in {tmp_path / 'results'}")
+    assert lines[5] == "Not run, since they need what failed: 7 jobs."
+    assert lines[-1].startswith(f"All the remaining results are in {tmp_path / 'results'}")
 
 
 @pytest.mark.parametrize("text", ["step 1\n", "Traceback (most recent call last):\n  File\nMemoryError\n"])
@@ -72,7 +72,7 @@ def test_a_run_that_a_person_ends_says_three_lines_and_how_to_go_on(tmp_path):
     lines = interrupted(left=3, results=tmp_path / "results", run_log=tmp_path / "run.log").splitlines()
     assert len(lines) == 3
     assert "3 jobs left" in lines[0]
-    assert lines[-1].endswith("the same command again does only what is left.")
+    assert lines[-1].endswith("the same command computes only what is left.")
 
 
 def test_a_lock_is_told_apart_by_whether_its_run_goes_on(tmp_path):
@@ -115,7 +115,7 @@ def test_a_run_that_was_stopped_says_so(said):
     assert said(0, 1)[:2] == ["The run was stopped.", "Not run: 1 job."]
     rejected = said(1, 200, stopped=True)
     assert "Not run: 200 jobs." in rejected
-    assert rejected[-1].startswith("What is done is there")
+    assert rejected[-1].startswith("Finished results are in")
 
 
 def test_an_old_log_is_not_taken_for_that_of_the_failure(tmp_path):

@@ -23,7 +23,7 @@ def checked(*positions: Checked, waits: bool = False) -> str:
 
 def test_a_page_shows_pictures_files_and_what_is_planned_and_why_not():
     page = checked(PRONE)
-    assert "Nothing that is given of her would stop the study" in page
+    assert "Her data can be used: nothing in them would stop the study" in page
     assert "data:image/png;base64" in page
     for words in ("a.nii.gz", "spacing x mm", "0.8", "To 45 mm, as given.", PLAN[1][1], "a supine series"):
         assert words in page

@@ -36,6 +36,6 @@ def completeness_sentence(missing: pd.DataFrame) -> str:
     if missing.empty:
         return "Every result that was asked for is there."
     return (
-        f"**{count_of(missing.reason)} could not be had.** The table says why, and which tables and figures "
-        "lack it; what follows from it is missing there for the same reason. Everything else is complete."
+        f"**{count_of(missing.reason)} could not be computed.** The table gives the reasons, and the tables "
+        "and figures that lack these results and what depends on them. Everything else is complete."
     )

@@ -13,8 +13,8 @@ TRACEBACK = "Traceback (most recent call last):"
 MISSING_NAMED = 8  # reasons of missing results
 NAMED = 5  # failed jobs that are named: with their logs, they fit into the last 20 lines of a terminal
 WIDTH = 200  # letters of a reason
-NO_LOG = "it has written no log; its error stands further up"
-NO_ERROR = "its log ends without an error: it may have been killed, for instance for want of memory"
+NO_LOG = "it has written no log; its error is further up"
+NO_ERROR = "its log ends without an error: it may have been killed, for instance because memory ran out"
 NO_MEMORY = "MemoryError"
 # Where a run says whose lock it has, and since when it is at work.
 LOCKED_BY = Path(".snakemake/mammosim_run")
@@ -67,16 +67,16 @@ def last_words(
     known = sorted(failures, key=lambda failure: failure.job)
     named = [line for failure in known[:NAMED] for line in failure.lines(since)]
     more = len(known) - NAMED
-    why = ", for want of what failed" if known and not stopped else ""
-    rest = "What is done" if stopped or not known else "All the rest"
+    why = ", since they need what failed" if known and not stopped else ""
+    rest = "Finished results" if stopped or not known else "All the remaining results"
     return "\n".join(
         [
             f"{counted(len(known), 'job')} failed:" if known else "The run was stopped.",
             *named,
             *([f"  and {counted(more, 'other job')}"] if more > 0 else []),
             *([f"Not run{why}: {counted(not_run, 'job')}."] if not_run else []),
-            *([f"What this run has said: {run_log}"] if run_log else []),
-            f"{rest} is there, in {results}: the same command again does only what is left.",
+            *([f"Output of this run: {run_log}"] if run_log else []),
+            f"{rest} are in {results}: the same command computes only what is left.",
         ]
     )
 
@@ -123,9 +123,9 @@ def interrupted(*, left: int, results: Path, run_log: Path | None) -> str:
     """Three lines about a run that a person has ended; left: jobs that were not done."""
     return "\n".join(
         [
-            f"Stopped as you asked; {counted(left, 'job')} left, those that were running among them.",
-            f"What this run has said: {run_log or 'nothing'}",
-            f"What is done is there, in {results}: the same command again does only what is left.",
+            f"Stopped as you asked; {counted(left, 'job')} left, including those that were running.",
+            f"Output of this run: {run_log or 'none'}",
+            f"Finished results are in {results}: the same command computes only what is left.",
         ]
     )
 
@@ -135,11 +135,11 @@ def locked(lock: Run | None, folder: Path) -> str:
     if lock is not None and lock.goes_on:
         return (
             f"another run, process {lock.process}, is at work in {folder}: let it end, or use --directory "
-            "elsewhere; where that process is something else, --unlock first"
+            "elsewhere; if that process is something else, use --unlock first"
         )
     return (
-        f"a run in {folder} was killed and has left its lock; where no other run is at work there, "
-        "the same command with --unlock removes it, and the same command without it goes on"
+        f"a run in {folder} was killed and has left its lock; if no other run is at work there, "
+        "the same command with --unlock removes it, and without --unlock continues the run"
     )
 
 
@@ -154,8 +154,8 @@ def missing_in_brief(reasons: Sequence[str]) -> str:
         return ""
     lines = [f"  {textwrap.shorten(reason, WIDTH)}" for reason in reasons[:MISSING_NAMED]]
     more = [f"  and {len(reasons) - MISSING_NAMED} more"] if len(reasons) > MISSING_NAMED else []
-    last = "Everything else is there; the first page of the report names what follows from these."
-    return "\n".join([f"{count_of(reasons)} could not be had:", *lines, *more, last])
+    last = "Everything else is computed; the first page of the report names what is missing as a consequence."
+    return "\n".join([f"{count_of(reasons)} could not be computed:", *lines, *more, last])
 
 
 def count_of(reasons: Sequence[str]) -> str:

@@ -24,9 +24,9 @@ from mammosim.study.report.strategy_costs import (
 from mammosim.study.report.texts import literal
 
 ROLES: Mapping[str, str] = {
-    LESS: "the furthest reduced strategy that costs less in all of the interval",
-    MAY: "the furthest reduced strategy that may cost less",
-    MORE: "the least reduced strategy that was computed, costs more",
+    LESS: "the largest reduction that surely costs less than allowed",
+    MAY: "the largest reduction that may cost less than allowed",
+    MORE: "the smallest reduction that was computed, costs more than allowed",
     UNKNOWN: "a strategy with less compression",
 }
 
@@ -40,7 +40,7 @@ def sentence(answer: Answer, table: pd.DataFrame, limits: LossLimits) -> str:
     if answer.standard_low_n < answer.standard_high_n:
         low, high = _newton(answer.standard_low_n), _newton(answer.standard_high_n)
         where = f"At {answer.standard_mm:.1f} mm the force is between {low} and {high} N"
-        parts.append(f"{where}, by what is known of her moduli.")
+        parts.append(f"{where}, as far as her moduli are known.")
     return " ".join(parts)
 
 
@@ -60,7 +60,7 @@ def _head(a: Answer, limits: LossLimits) -> str:
         about, most = ("", " at most") if a.complete else ("about ", "")
         end = f"{about}{a.possible_mm:.1f} mm{most}{_force(a, a.possible_n)}**"
         why = "not every loss is known" if a.complete else "not every numerical error was measured"
-        why += ", and nothing is certain"
+        why += ", so that no thickness is certain"
         return f"{begin} {end} before it costs {cost}; {why}."
     if not a.ended:
         end = f"{a.certain_mm:.1f} mm at least{_force(a, a.certain_n)}**"

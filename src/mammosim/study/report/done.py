@@ -160,14 +160,14 @@ def _part(part: Part, done: Done) -> Section:
 
 
 def _could_not(missing: pd.DataFrame) -> Section:
-    """What was asked and could not be had."""
+    """What was asked and could not be computed."""
     words = (
         "Everything that was planned for her is there."
         if missing.empty
         else "Where another attempt took the place of one that failed, all that follows from it is there."
     )
     failed = Listing(missing, "What failed and why, and which of her tables and figures lack it.")
-    return Section("What could not be had", words, () if missing.empty else (failed,))
+    return Section("What could not be computed", words, () if missing.empty else (failed,))
 
 
 def _files(done: Done) -> Section:

@@ -55,7 +55,7 @@ PARTS: tuple[Part, ...] = (
         "Shape without gravity",
         {
             "stress_free": "The breast as it was scanned, and as it would be without weight.",
-            "true_stress_free": "Measured, estimated and true shape of a digital woman.",
+            "true_stress_free": "Measured, estimated and true shape of a digital volunteer.",
         },
         {
             "stress_free_attempts": Answer(

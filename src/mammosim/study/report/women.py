@@ -43,8 +43,8 @@ def checked_sections(
     rows = [(each.position, each.used, why) for each in checked for why in each.reasons]
     stops = [why for _, used, why in rows if used]
     text = (
-        "Nothing that is given of her would stop the study. **Look at the pictures**: a wrong side, a wrong "
-        "direction of gravity or a wrong spacing is seen at once."
+        "Her data can be used: nothing in them would stop the study. **Look at the pictures**: a wrong side, "
+        "a wrong direction of gravity or a wrong spacing is seen at once."
     )
     if waits:
         text = "Her scans are made by the study itself, which checks them before it uses them."
@@ -103,7 +103,7 @@ def gains_section(gains: Gains) -> Section:
     return Section(
         "What more data would add",
         "" if len(more) else "Nothing: all that the study can do is planned for her.",
-        (Listing(more, "Beside what is given of her."),) if len(more) else (),
+        (Listing(more, "What further data would add to those given."),) if len(more) else (),
     )
 
 
