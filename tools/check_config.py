@@ -18,7 +18,7 @@ from mammosim.chain.graph import overridden  # noqa: E402
 from mammosim.chain.relations import RELATIONS  # noqa: E402
 from mammosim.core.errors import ConfigurationError  # noqa: E402
 
-read = runpy.run_path(str(HOME / "workflow/scripts/_yaml.py"))["read"]
+read = runpy.run_path(str(HOME / "workflow/scripts/_strict_yaml.py"))["read"]
 
 
 def check(files: list[str]) -> None:

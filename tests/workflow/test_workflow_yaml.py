@@ -11,7 +11,7 @@ from mammosim.core.errors import ConfigurationError
 
 @pytest.fixture(scope="module")
 def read(repository):
-    return runpy.run_path(str(repository / "workflow/scripts/_yaml.py"))["read"]
+    return runpy.run_path(str(repository / "workflow/scripts/_strict_yaml.py"))["read"]
 
 
 @pytest.fixture

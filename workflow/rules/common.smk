@@ -51,7 +51,7 @@ if not can_be_written(Path(os.path.expanduser(os.getenv("XDG_CACHE_HOME") or "~/
     CACHE = Path(".snakemake", "cache").resolve()
     os.environ.update(XDG_CACHE_HOME=str(CACHE))
     os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
-read_strictly = runpy.run_path(str(SCRIPTS / "_yaml.py"))["read"]
+read_strictly = runpy.run_path(str(SCRIPTS / "_strict_yaml.py"))["read"]
 
 
 def home(path):

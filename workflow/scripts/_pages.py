@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from os.path import relpath
 from pathlib import Path
 
-import _yaml
+import _strict_yaml
 import pandas as pd
 
 from mammosim import __version__
@@ -50,7 +50,7 @@ def bibliography(file: str) -> tuple[pd.DataFrame, Sources]:
 def layout_of(file: str, sources: Sources) -> Layout:
     """The layout that a file of workflow/report describes, which cites nothing that is not there."""
     name = Path(file).name
-    layout = read(Layout, _yaml.read(file, name), name)
+    layout = read(Layout, _strict_yaml.read(file, name), name)
     require_sources(layout, sources, file=name)
     return layout
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import _benchmarks
 import _log
 import _pages
-import _yaml
+import _strict_yaml
 import pandas as pd
 
 from mammosim.core.settings import read
@@ -40,7 +40,7 @@ def main(files: dict, title: str, out: dict[str, str]) -> None:
     csv = [*files["tables"], *of_pages[".csv"]]
     frames, made = tables(files, csv) | {"sources": listed}, [Path(path).stem for path in of_pages[".json"]]
     told = {"pages": pages, "made": made, "lacking": snakemake.params.lacking}
-    asked = read(Questions, _yaml.read(files["questions"], "questions.yaml"), "questions.yaml")
+    asked = read(Questions, _strict_yaml.read(files["questions"], "questions.yaml"), "questions.yaml")
     whole = titles(layout, pages.values())
     frames["questions"] = asked.table(
         sections(layout, Contents({}, {}), **told), {p: pages[p].title for p in pages}, made, whole

@@ -25,7 +25,7 @@ from mammosim.core.mesh import TetMesh
 from mammosim.core.positions import gravity_direction
 from mammosim.core.settings import NotNegative, Positive, looked_up, read, require_positive
 from mammosim.core.units import UJ_PER_MJ
-from mammosim.io.meshes import read_mesh, read_point_data, write_mesh
+from mammosim.io.meshes import read_mesh, read_point_data, read_skin_data, write_mesh
 from mammosim.io.tables import read_json, read_table, write_json, write_table
 from mammosim.mechanics.paddles import Friction, Rigid
 from mammosim.mechanics.stage import PressSettings
@@ -167,7 +167,7 @@ class CompressionSettings:
     is chosen (chain.plates); and how a path is solved.
 
     depth_share: see chain.thickness; smallest_mm: no strategy presses further; steps: of the path from first
-    contact; penetration_mm: largest depth of skin in a plate.
+    contact; penetration_mm: how far pressed skin may be from a plate, on average over a part of a face.
     """
 
     plate_mm: PlateSize
@@ -239,15 +239,18 @@ def standard_path(inputs: Inputs) -> LoadPath:
 
 def save_standard_path(found: LoadPath, files: Mapping[str, str], job: Mapping[str, str]) -> None:
     """The shapes of all steps as point data of one mesh of their last, and their table."""
-    write_mesh(found.mesh, files["shapes"], point_data=found.point_data())
+    write_mesh(found.mesh, files["shapes"], point_data=found.point_data(), skin_data=found.skin_data())
     write_table(found.path, files["path"])
 
 
 def load_standard_path(files: Mapping[str, str]) -> LoadPath:
     """What save_standard_path wrote."""
     mesh, path = read_mesh(files["shapes"]), read_table(files["path"])
-    shapes = [read_point_data(files["shapes"], name) for name in LoadPath.names(len(path))]
-    return LoadPath(path, np.array(shapes), mesh)
+    names = LoadPath.names(len(path))
+    shapes = [read_point_data(files["shapes"], name) for name in names]
+    on_faces = np.array([read_skin_data(files["shapes"], name) for name in names])
+    multipliers = np.moveaxis(on_faces.reshape(*on_faces.shape[:2], 2, 6), 2, 1)
+    return LoadPath(path, np.array(shapes), multipliers, mesh)
 
 
 def pressed(inputs: Inputs) -> Pressed:

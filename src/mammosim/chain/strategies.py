@@ -119,17 +119,22 @@ class PressSetup:
 class LoadPath:
     """The steps of a compression: path of mechanics.compression.Compression; shapes (n_step, n_node, 3) mm.
 
-    mesh: in the last of them.
+    multipliers (n_step, 2, n_face, 6) kPa, of paddle and support on the faces of the skin, see RigidPlate;
+    mesh: in the last step.
     """
 
     path: pd.DataFrame
     shapes: np.ndarray
+    multipliers: np.ndarray
     mesh: TetMesh
 
     @classmethod
     def of(cls, mesh: TetMesh, found: Compression) -> "LoadPath":
         """Of a compression of a mesh."""
-        return cls(found.path, np.array([stage.x for stage in found.stages]), mesh.moved_to(found.points))
+        empty = np.zeros((len(faces_of(mesh, "skin")), 6))
+        multipliers = [[empty + contact.multiplier for contact in stage.contacts] for stage in found.stages]
+        shapes = np.array([stage.x for stage in found.stages])
+        return cls(found.path, shapes, np.array(multipliers), mesh.moved_to(found.points))
 
     @staticmethod
     def names(count: int) -> list[str]:
@@ -140,14 +145,21 @@ class LoadPath:
         """The shapes by their names."""
         return dict(zip(self.names(len(self.shapes)), self.shapes, strict=True))
 
+    def skin_data(self) -> dict[str, np.ndarray]:
+        """The multipliers of each face by the names of the steps (n_face, 2, 6)."""
+        on_faces = np.moveaxis(self.multipliers, 2, 1)
+        return dict(zip(self.names(len(on_faces)), on_faces, strict=True))
+
     def end(self, setup: PressSetup) -> "PathEnd":
         """The breast of a setup at the end of its load path, which is that of a rigid paddle."""
         last = self.path.iloc[-1]
         faces, rule = faces_of(setup.mesh, "skin"), six_points_in_each(setup.solved.parts)
         areas = rule.areas(setup.mesh.points, faces)
         paddle, support = (
-            RigidPlate(faces, areas, box, float(last.penalty_kpa_per_mm), rule)
-            for box in setup.plates.at(float(last.readout_mm))
+            RigidPlate(faces, areas, box, float(last.penalty_kpa_per_mm), rule, cushion, multiplier)
+            for box, cushion, multiplier in zip(
+                setup.plates.at(float(last.readout_mm)), setup.plates.cushions, self.multipliers[-1]
+            )
         )
         return PathEnd(self.shapes[-1], self.path, (paddle, support), setup.plates)
 
@@ -159,8 +171,11 @@ class LoadPath:
                 path.force_n < YIELDS_FROM * control.newton if isinstance(control, Force) else path.index < 0
             )
             path = path[below]
-        steps = zip(path.readout_mm, path.penalty_kpa_per_mm, self.shapes)
-        return tuple(WarmStart(float(thickness), float(penalty), x) for thickness, penalty, x in steps)
+        steps = zip(path.readout_mm, path.penalty_kpa_per_mm, self.shapes, self.multipliers)
+        return tuple(
+            WarmStart(float(thickness), float(penalty), x, multipliers)
+            for thickness, penalty, x, multipliers in steps
+        )
 
 
 @dataclass(frozen=True)

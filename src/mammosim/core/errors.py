@@ -61,6 +61,25 @@ class EquilibriumError(MechanicsError):
         self.mode = mode
 
 
+class OutOfBudget(EquilibriumError):
+    """A solve spent its budget before it came to an equilibrium.
+
+    best (n_node, 3): the last shape that it tried; the last equilibrium on the way is in the message.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        history: tuple[Any, ...] = (),
+        load_factor: float = 0.0,
+        mode: np.ndarray | None = None,
+        best: np.ndarray | None = None,
+    ) -> None:
+        super().__init__(message, history=history, load_factor=load_factor, mode=mode)
+        self.best = best
+
+
 class UnloadingError(EquilibriumError):
     """No stress-free shape was found under the whole weight.
 

@@ -31,11 +31,14 @@ def write_mesh(
     *,
     point_data: Mapping[str, np.ndarray] | None = None,
     cell_data: Mapping[str, np.ndarray] | None = None,
+    skin_data: Mapping[str, np.ndarray] | None = None,
 ) -> None:
     """Write a mesh and fields on it to path, a `.vtu` file that ParaView reads.
 
-    point_data: name -> (n_node, ...); cell_data: name -> (n_cell, ...), units in the names.
-    Tensors are stored as rows of components. On boundary triangles cell data are nan, or 0 where integers.
+    point_data: name -> (n_node, ...); cell_data: name -> (n_cell, ...); skin_data: name -> (n_face, ...) on
+    the faces of the skin, names that are none of cell_data; units in the names.
+    Tensors are stored as rows of components. Cell data are nan, or 0 where integers, on boundary triangles,
+    and skin data on all but those of the skin.
     Raises MeshError when a boundary has no number in BOUNDARY_NUMBERS.
     """
     if unknown := sorted(set(mesh.boundaries) - set(BOUNDARY_NUMBERS)):
@@ -44,6 +47,10 @@ def write_mesh(
     numbers = [np.full(len(f), BOUNDARY_NUMBERS[name]) for name, f in mesh.boundaries.items()]
     on_faces = np.concatenate([np.empty(0), *numbers]).astype(np.uint8)
     fields = {name: [v, _nothing(v, len(faces))] for name, v in _rows(cell_data).items()}
+    on_skin = on_faces == BOUNDARY_NUMBERS["skin"]
+    for name, values in _rows(skin_data).items():
+        fields[name] = [_nothing(values, len(mesh.cells)), _nothing(values, len(faces))]
+        fields[name][1][on_skin] = values
     fields["tissue"] = [mesh.tissue.astype(np.uint8), np.zeros(len(faces), dtype=np.uint8)]
     if mesh.shares is not None:
         fields["shares"] = [mesh.shares, _nothing(mesh.shares, len(faces))]
@@ -116,6 +123,16 @@ def read_point_data(path: str | Path, name: str) -> np.ndarray:
 def read_cell_data(path: str | Path, name: str) -> np.ndarray:
     """A field (n_cell,) or (n_cell, k) on the cells. Raises MeshError when the file has none of that name."""
     return _on_cells(_read(path), name, path)
+
+
+def read_skin_data(path: str | Path, name: str) -> np.ndarray:
+    """A field (n_face,) or (n_face, k) on the skin's faces. Raises MeshError when the file has none such."""
+    stored = _read(path)
+    on_faces = stored.cell_data_dict.get(name, {}).get(FACE)
+    if on_faces is None:
+        raise MeshError(f"{path} has no data {name!r} on faces; it has: {', '.join(stored.cell_data)}")
+    found: np.ndarray = on_faces[stored.cell_data_dict["boundary"][FACE] == BOUNDARY_NUMBERS["skin"]]
+    return found
 
 
 def _read(path: str | Path) -> meshio.Mesh:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mammosim.mechanics.budget import Spending
 from mammosim.mechanics.effects import Effect
 from mammosim.mechanics.newton import System
 from mammosim.mechanics.potential import Potential
@@ -44,7 +45,7 @@ def system_of(potential: Potential, held: np.ndarray, multigrid_above: int | Non
         return
     for system in systems:
         if _is_like(system, potential, held):
-            yield replace(system, potential=potential)
+            yield replace(system, potential=potential, spending=Spending())
             return
     systems.append(System.of(potential, held, multigrid_above))
     yield systems[-1]

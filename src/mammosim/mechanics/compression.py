@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from mammosim.core.errors import EquilibriumError, MechanicsError
+from mammosim.core.errors import EquilibriumError, MechanicsError, OutOfBudget
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
+from mammosim.mechanics.budget import BudgetSpent, Spending
 from mammosim.mechanics.effects import (
     ContactState,
     Effect,
@@ -28,6 +29,7 @@ from mammosim.mechanics.potential import Potential, energy_imbalance
 from mammosim.mechanics.press import Press
 from mammosim.mechanics.press_path import WarmStart, force_n, path_table
 from mammosim.mechanics.reference import faces_of, require_well_posed
+from mammosim.mechanics.rigid_motions import require_held
 from mammosim.mechanics.stage import Control, Force, PressSettings, Stage, Thickness, default_penalty
 
 __all__ = ["Compression", "Force", "PressSettings", "Thickness", "compress", "continued", "released"]
@@ -188,8 +190,13 @@ def _press(
         RigidPlate(faces, areas, box, penalty, rule, cushion) for box, cushion in zip(boxes, plates.cushions)
     )
     with system_of(Potential((*effects, paddle, support)), held, MULTIGRID_ABOVE) as system:
+        if plates.friction is None:
+            require_held(system, effects, mesh.points, pressed_along=plates.axes[:, 2])
+        system = replace(system, spending=Spending(settings.solver.budget))
         try:
             yield Press(system, effects, (paddle, support), plates, settings)
+        except BudgetSpent as spent:
+            raise OutOfBudget(f"the last step of the compression: {spent}", best=spent.x) from spent
         except StepFailed as failure:
             raise EquilibriumError(
                 f"the last step of the compression failed: {failure}; use more steps, or a finer mesh"
@@ -237,6 +244,7 @@ def _to_thickness(
     way = target - stages[-1].thickness
     whole = np.ptp([target, *(stage.thickness for stage in stages)])
     step = largest = float(whole) / press.settings.steps
+    failures: list[str] = []
     while stages[-1].thickness != target and not enough(stages[-1]):
         left = abs(target - stages[-1].thickness)
         # In a longer step skin might come nearer to the side of a plate than to its face.
@@ -244,22 +252,43 @@ def _to_thickness(
             step = min(step, *(contact.obstacle.radius for contact in stages[-1].contacts))
         goal = target if left <= 1.2 * step else stages[-1].thickness + np.copysign(step, way)
         try:
-            stages.append(press.pressed(stages, goal))
+            stages.append(press.pressed(stages, goal, on_the_way=goal != target))
+        except BudgetSpent as spent:
+            raise _out_of_budget(press, target, stages, spent, failures) from spent
         except (StepFailed, EquilibriumError) as error:
             step = min(step, left) / 2
             log.info("compression to %.2f mm failed, halving the step: %s", goal, error)
+            failures.append(str(error))
             if step < press.settings.smallest_step_mm:
-                raise _stopped(target, stages, error) from error
+                raise _stopped(press, target, stages, error) from error
         else:
+            failures.clear()
             step = min(2 * step, largest)
     return stages
 
 
-def _stopped(target: float, stages: list[Stage], error: Exception) -> EquilibriumError:
+def _stopped(press: Press, target: float, stages: list[Stage], error: Exception) -> EquilibriumError:
     return EquilibriumError(
-        f"compression to {target:g} mm stopped at {stages[-1].thickness:.2f} mm: {error}; a finer mesh, a "
-        "larger edge radius of the plates, or skin may carry it further",
+        f"{_reached(press, target, stages)}: {error}; a finer mesh, a larger edge radius of the plates, or "
+        "skin may carry it further",
         history=tuple(row for stage in stages for row in stage.history),
+    )
+
+
+def _reached(press: Press, target: float, stages: list[Stage]) -> str:
+    force = force_n(stages[-1], press.plates.axes[:, 2])
+    return f"compression to {target:g} mm stopped at {stages[-1].thickness:.2f} mm and {force:.3g} N"
+
+
+def _out_of_budget(
+    press: Press, target: float, stages: list[Stage], spent: BudgetSpent, failures: list[str]
+) -> OutOfBudget:
+    tried = "".join(f", the one before: {failure}" for failure in failures[-1:])
+    return OutOfBudget(
+        f"{_reached(press, target, stages)}: {spent}{tried}; a finer mesh, a larger edge radius of the "
+        "plates, skin, or a larger budget may carry it further",
+        history=tuple(row for stage in stages for row in stage.history),
+        best=spent.x,
     )
 
 
@@ -267,9 +296,12 @@ def _to_force(press: Press, stages: list[Stage], control: Force) -> list[Stage]:
     """The stages up to a force: steps until it is exceeded, then a secant that stays between its bounds."""
     axis, target = press.plates.axes[:, 2], control.newton
     smallest = _within(control.smallest_mm, stages[0].thickness)
-    below = list(takewhile(lambda stage: force_n(stage, axis) < target, stages))
-    passed = stages[: len(below) + 1]
-    stages = _to_thickness(press, passed, smallest, lambda stage: force_n(stage, axis) >= target)
+
+    def reached(stage: Stage) -> bool:
+        return force_n(stage, axis) >= target
+
+    below = list(takewhile(lambda stage: not reached(stage), stages))
+    stages = _around(press, stages[: len(below) + 1], smallest, reached)
     above, forces = stages[-1], [force_n(stage, axis) for stage in stages]
     if forces[-1] < target * (1 - control.tolerance):
         raise EquilibriumError(
@@ -289,6 +321,20 @@ def _to_force(press: Press, stages: list[Stage], control: Force) -> list[Stage]:
             return [*stages, trial]
         low, high = (found, high) if found[1] < target else (low, found)
     raise EquilibriumError(f"{_MOST_TRIALS} trials did not meet {target:g} N: {low}, {high} mm and N")
+
+
+def _around(
+    press: Press, stages: list[Stage], smallest: float, reached: Callable[[Stage], bool]
+) -> list[Stage]:
+    """The stages up to the first that has reached something; it and the one before settled."""
+    while True:
+        stages = _to_thickness(press, stages, smallest, reached)
+        stages = [*stages[:-2], press.settled(stages[:-1]), press.settled(stages)]
+        if reached(stages[-1]) or stages[-1].thickness == smallest:
+            break
+    while reached(stages[-2]):
+        stages = [*stages[:-3], press.settled(stages[:-2]), stages[-2]]
+    return stages
 
 
 Tried = tuple[float, float]

@@ -37,7 +37,7 @@ class _Shift(WithoutVolume):
 def descend(system: System, x: np.ndarray, history: list[Iteration], *, enough: float) -> np.ndarray:
     """A shape (n_node, 3) near a minimum: definite tangent, relative residual at most `enough`.
 
-    Extends the history; raises StepFailed.
+    Extends the history; raises StepFailed, and BudgetSpent.
     """
     potential = system.potential
     nodes = np.arange(len(x))[:, None]
@@ -46,6 +46,7 @@ def descend(system: System, x: np.ndarray, history: list[Iteration], *, enough: 
     K.give_back()
     energy, shift = potential.energy(x), 0.0
     for _ in range(_MOST):
+        system.spending.iterate(x)
         residual, smallest_J = system.relative_residual(x), potential.smallest_J(x)
         if residual <= enough and shift <= _SMALLEST_SHIFT:
             return x

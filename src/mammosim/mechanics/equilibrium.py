@@ -9,18 +9,20 @@ stand in mechanics.loading.
 
 import resource
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mammosim.core.errors import EquilibriumError
 from mammosim.core.mesh import TetMesh
 from mammosim.mechanics.analysis import system_of
+from mammosim.mechanics.budget import Spending
 from mammosim.mechanics.effects.protocol import Effect
 from mammosim.mechanics.loading import Loading, Settings
 from mammosim.mechanics.newton import Iteration, System, is_stable
 from mammosim.mechanics.potential import Potential, energy_imbalance
 from mammosim.mechanics.reference import require_well_posed
+from mammosim.mechanics.rigid_motions import require_held
 
 __all__ = [
     "LARGEST_IMBALANCE",
@@ -91,6 +93,7 @@ def equilibrium(
     held = held_nodes(mesh) if held is None and "posterior" in mesh.boundaries else held
     held = require_well_posed(mesh, held)
     with system_of(Potential(effects, loads), held) as system:
+        require_held(system, effects, mesh.points)
         return solve(system, mesh.points, start=start, settings=settings)
 
 
@@ -102,9 +105,11 @@ def solve(
     settings: Settings | None = None,
 ) -> Equilibrium:
     """The equilibrium of a system already checked, with reference X (n_node, 3); see `equilibrium`."""
+    settings = settings or Settings()
     began, solver = time.perf_counter(), system.solver
     before = solver.factorisations, solver.iterations
-    loading = Loading(system, reference, settings or Settings())
+    system = replace(system, spending=Spending(settings.budget))
+    loading = Loading(system, reference, settings)
     if start is None:
         loading.from_rest(reference)
     else:

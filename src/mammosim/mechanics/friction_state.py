@@ -32,10 +32,10 @@ class FrictionState:
 
     def lagged(self, contact: RigidPlate, x: np.ndarray) -> "FrictionState":
         """The same state under the normal forces that a plate has in the shape x (n_node, 3)."""
-        y, d = contact.at_points(x)
+        y, p = contact.pressures(x)
         n = contact.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
         n /= np.linalg.norm(n, axis=-1, keepdims=True)
-        load = contact.stiffness * contact.areas * np.maximum(-d, 0.0) * self.sticks
+        load = contact.areas * p * self.sticks
         return replace(self, load=load, normals=n)
 
     def effect(self, contact: RigidPlate) -> CoulombFriction:
@@ -49,12 +49,12 @@ class FrictionState:
 
         The force mu lambda on an anchor has the direction in which it is dragged, so that no work is gained.
         """
-        y, d = contact.at_points(x)
+        y, p = contact.pressures(x)
         friction = self.effect(contact)
         s, length = friction.slips(x)
         dragged = np.maximum(length - self.law.slip_mm, 0.0)
         places = friction.places + (dragged / np.maximum(length, 1e-300))[..., None] * s
-        sticks = d < 0
+        sticks = p > 0
         places = np.where((self.sticks & sticks)[..., None], places, y)
         anchors = contact.obstacle.material(places.reshape(-1, 3)).reshape(places.shape)
         after = replace(self, anchors=anchors, sticks=sticks)

@@ -14,8 +14,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
-from mammosim.core.errors import EquilibriumError
+from mammosim.core.errors import EquilibriumError, OutOfBudget
 from mammosim.core.rng import generator
+from mammosim.mechanics.budget import Budget, BudgetSpent
 from mammosim.mechanics.effects import RigidContact, SkinMembrane
 from mammosim.mechanics.newton import Iteration, NewtonSettings, StepFailed, System, converge, is_stable
 from mammosim.mechanics.potential import Potential
@@ -122,12 +123,13 @@ class Settings:
     """How the loads are applied.
 
     load_steps: how many equal steps to begin with; smallest_step: relative to the load factor reached, then
-    the solver gives up; it is also how closely a loss of stability is located.
+    the solver gives up; it is also how closely a loss of stability is located; budget: of the whole solve.
     """
 
     newton: NewtonSettings = field(default_factory=NewtonSettings)
     load_steps: int = 1
     smallest_step: float = 1 / 64
+    budget: Budget = field(default_factory=Budget)
 
 
 @dataclass
@@ -144,12 +146,14 @@ class Loading:
     def from_start(self, start: np.ndarray) -> None:
         """Go to the full load from a neighbouring shape, or from the reference where that does not succeed.
 
-        Raises EquilibriumError.
+        Raises EquilibriumError, and OutOfBudget.
         """
         self.path, self.load_factors = [start], (0.0,)
         try:
             self.path.append(converge(self.system, start, self.settings.newton, self.history))
             self.load_factors = (1.0, 1.0)
+        except BudgetSpent as spent:
+            raise self._out_of_budget(spent) from spent
         except StepFailed as failure:
             if not self.system.potential.loads:
                 raise self._error(1.0, failure) from failure
@@ -157,7 +161,10 @@ class Loading:
             self.from_rest(np.where(self.system.held, start, self.reference))
 
     def from_rest(self, x: np.ndarray) -> None:
-        """Go to the full load from the shape x (n_node, 3) without load. Raises EquilibriumError."""
+        """Go to the full load from the shape x (n_node, 3) without load.
+
+        Raises EquilibriumError, and OutOfBudget.
+        """
         self.path, self.load_factors = [x], (0.0,)
         newton = replace(self.settings.newton, projection=not self.system.potential.loads)
         step, failed = 1 / self.settings.load_steps, False
@@ -165,12 +172,15 @@ class Loading:
             target = min(1.0, reached + step)
             try:
                 x = converge(self.system.under(target), self.path[-1], newton, self.history)
+            except BudgetSpent as spent:
+                raise self._out_of_budget(spent) from spent
             except StepFailed as failure:
                 log.info("load factor %.3f failed: %s", target, failure)
                 step, failed = (target - reached) / 2, True
                 if step < self._smallest or not self.system.potential.loads:
                     raise self._error(target, failure) from failure
             else:
+                self.system.spending.succeed()
                 self.path.append(x)
                 self.load_factors += (target,)
                 step, failed = step if failed else 2 * step, False
@@ -179,6 +189,16 @@ class Loading:
     def _smallest(self) -> float:
         """The smallest step of the load factor from where it is."""
         return self.settings.smallest_step * max(self.load_factors[-1], _LEAST)
+
+    def _out_of_budget(self, spent: BudgetSpent) -> OutOfBudget:
+        reached = self.load_factors[-1]
+        return OutOfBudget(
+            f"{spent}; the last equilibrium is that of load factor {reached:.3f}. To get further, "
+            f"{advice(self.system, self.reference, reached)}; or raise the budget",
+            history=tuple(self.history),
+            load_factor=reached,
+            best=spent.x,
+        )
 
     def _error(self, target: float, failure: StepFailed) -> EquilibriumError:
         """The diagnosis of a failure to go on to a load factor."""
@@ -209,7 +229,7 @@ class Loading:
         newton = replace(self.settings.newton, max_iterations=_PATIENCE)
         try:
             x = converge(system, self.path[-1], newton, self.history)
-        except StepFailed as lost:
+        except (StepFailed, BudgetSpent) as lost:
             return lost.x, ""
         if not is_stable(system, x):
             return x, ", from an equilibrium that is no minimum any more"

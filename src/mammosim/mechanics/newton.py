@@ -1,12 +1,13 @@
 """Newton's method on a potential, guarded: every shape it visits has J > 0 at all integration points."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
+from mammosim.mechanics.budget import Spending
 from mammosim.mechanics.direct import TangentSolver
 from mammosim.mechanics.multigrid import IndefiniteTangent
 from mammosim.mechanics.pattern import Pattern, UpperRows, pattern_of, upper_rows
@@ -62,13 +63,14 @@ class NewtonSettings:
 
 @dataclass(frozen=True)
 class System:
-    """A potential with the degrees of freedom that are free, and the solver of its tangent."""
+    """A potential with the degrees of freedom that are free, the solver of its tangent, and what is spent."""
 
     potential: Potential
     held: np.ndarray
     pattern: Pattern
     rows: UpperRows
     solver: TangentSolver
+    spending: Spending = field(default_factory=Spending)
 
     @classmethod
     def of(cls, potential: Potential, held: np.ndarray, multigrid_above: int | None = None) -> "System":
@@ -158,11 +160,15 @@ class _Progress:
 
 
 def converge(system: System, x: np.ndarray, settings: NewtonSettings, history: list[Iteration]) -> np.ndarray:
-    """x (n_node, 3) in equilibrium, found from a start x. Extends the history; raises StepFailed."""
+    """x (n_node, 3) in equilibrium, found from a start x. Extends the history.
+
+    Raises StepFailed, and BudgetSpent.
+    """
     potential, tangent_of = system.potential, system.potential
     best: _Watchdog | None = None
     last, progress = 0.0, _Progress()
     for iteration in range(settings.max_iterations):
+        system.spending.iterate(x)
         energy, residual = potential.energy(x), system.relative_residual(x)
         smallest_J = potential.smallest_J(x)
         if not np.isfinite(energy) or smallest_J <= 0:

@@ -15,8 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mammosim.core.errors import MechanicsError
+from mammosim.mechanics.budget import BudgetSpent
 from mammosim.mechanics.descent import descend
 from mammosim.mechanics.effects import Effect, RigidPlate
+from mammosim.mechanics.loading import lowest_mode
 from mammosim.mechanics.newton import Iteration, NewtonSettings, StepFailed, System, converge, is_stable
 from mammosim.mechanics.paddles import Plates
 from mammosim.mechanics.potential import Potential
@@ -24,16 +26,19 @@ from mammosim.mechanics.stage import PressSettings, Stage
 
 log = logging.getLogger(__name__)
 
-# Paddle: largest imbalance relative to the forces on it; how far its face may move in an iteration.
-PADDLE_TOLERANCE = 1e-6
+# Paddle: largest imbalance relative to the forces on it, at the end and before; how far its face may move in
+# an iteration.
+PADDLE_TOLERANCE, PATH_PADDLE_TOLERANCE = 1e-6, 1e-3
 _LARGEST_MOVE_MM = 3.0
-_PROBE_MM = 1e-4  # of finite differences by q
+_PROBE_MM = 1e-5  # of finite differences by q
 _MOST_BALANCES = 25
+# How far tissue is moved at most along the mode of an unstable shape.
+_ASIDE_MM = 0.5
 # Relative residuals to which the energy is lowered where Newton fails, first and again.
 _DOWNHILL = (1e-3, 1e-6)
 _MOST_LAGS = 25
-# How often the penalty is raised fourfold; beyond, the system would lose its digits.
-_MOST_RAISES = 5
+# How often the multipliers of contact are updated; one that gains less than a fourth also raises the penalty.
+_MOST_UPDATES = 8
 
 
 @dataclass(frozen=True)
@@ -61,32 +66,83 @@ class Press:
     plates: Plates
     settings: PressSettings
 
-    def pressed(self, before: Sequence[Stage], thickness: float) -> Stage:
-        """The stage at a thickness after others, a contact that is deep enough. Raises StepFailed."""
+    def pressed(self, before: Sequence[Stage], thickness: float, *, on_the_way: bool = False) -> Stage:
+        """The stage at a thickness after others, pressed skin near enough to the plates. Raises StepFailed.
+
+        on_the_way: others follow, so that path_penetration is near enough.
+        """
         began = time.perf_counter()
         self.plates.require_apart(thickness, before[-1].q)
         self._require_clear_of_held_skin(before[-1], thickness)
         history: list[Iteration] = []
-        last = before[-1]
+        last = before[-1].augmented()
         friction_states = tuple(
             friction_state.lagged(contact, last.x)
             for friction_state, contact in zip(last.friction_states, last.contacts)
         )
         stage = replace(
-            self._guess(before, thickness), friction_states=friction_states, dissipated=last.dissipated
+            self._guess([*before[:-1], last], thickness),
+            friction_states=friction_states,
+            dissipated=last.dissipated,
         )
-        for _ in range(_MOST_RAISES + 1):
-            stage = self._with_friction(stage, history)
-            if stage.penetration <= self.settings.penetration_mm:
-                break
-            paddle, support = (replace(c, penalty=4 * c.penalty) for c in stage.contacts)
-            stage = replace(stage, contacts=(paddle, support))
-        else:
-            raise StepFailed(f"the skin is {stage.penetration:.2f} mm inside a plate", stage.x)
+        near = self.settings.penetration_mm
+        if on_the_way and not self.plates.friction:  # friction depends on the whole path
+            near = max(near, self.settings.path_penetration * abs(thickness - last.thickness))
+        stage = self._in_contact(stage, near, history)
         if not is_stable(self._system(stage), stage.x):
-            raise StepFailed("the shape found is unstable", stage.x, indefinite=True)
+            stage = self._off_the_saddle(stage, last, near, history)
+        self.system.spending.succeed()
         stage = replace(stage, history=tuple(history), seconds=time.perf_counter() - began)
         return self._carried(stage)
+
+    def _off_the_saddle(self, stage: Stage, last: Stage, near_mm: float, history: list[Iteration]) -> Stage:
+        """The stable stage where an unstable one comes to rest when it is moved along its lowest mode.
+
+        last: a stable one. Raises StepFailed, which tells the mode.
+        """
+        system = self._system(stage)
+        mode = lowest_mode(system, stage.x, last.x)
+        aside = [stage.x + side * _ASIDE_MM * mode.shape for side in (1, -1)]
+        x = min(aside, key=system.potential.energy)
+        unstable = StepFailed(f"the shape found is unstable: {mode.words(last.x)}", stage.x, indefinite=True)
+        try:
+            moved = replace(stage, x=descend(system, x, history, enough=_DOWNHILL[0]))
+            moved = self._in_contact(moved, near_mm, history)
+        except (StepFailed, BudgetSpent) as lost:
+            raise unstable from lost
+        if not is_stable(self._system(moved), moved.x):
+            raise unstable
+        return moved
+
+    def settled(self, stages: Sequence[Stage]) -> Stage:
+        """The last of the stages, at the same thickness, pressed skin as near to the plates as in the end."""
+        last = stages[-1]
+        if last.off <= self.settings.penetration_mm:
+            return last
+        again = self.pressed(stages, last.thickness)
+        return replace(again, history=(*last.history, *again.history), seconds=last.seconds + again.seconds)
+
+    def _in_contact(self, stage: Stage, near_mm: float, history: list[Iteration]) -> Stage:
+        """The stage in equilibrium, with multipliers by which pressed skin lies on the plates within near_mm.
+
+        An update that brings it less than four times as near is followed by a fourfold penalty. The paddle
+        comes to rest in the end, where it yields: before, its place need not be exact.
+        """
+        last_one = near_mm <= self.settings.penetration_mm
+        before = np.inf
+        for _ in range(_MOST_UPDATES + 1):
+            stage = self._with_friction(stage, history, PATH_PADDLE_TOLERANCE)
+            if last_one and self.plates.paddle.unknowns and stage.off <= near_mm:
+                stage = self._with_friction(stage, history, PADDLE_TOLERANCE)
+            off = stage.off
+            if off <= near_mm:
+                return stage
+            raised = 4 if off > before / 4 else 1
+            paddle, support = (
+                replace(c.augmented(stage.x), penalty=raised * c.penalty) for c in stage.contacts
+            )
+            stage, before = replace(stage, contacts=(paddle, support)), off
+        raise StepFailed(f"the skin is {off:.2f} mm off a plate that presses it", stage.x)
 
     def finished(self, stage: Stage) -> Stage:
         """The stage to the full tolerance, by plain steps: so near, energies differ by rounding alone."""
@@ -99,7 +155,7 @@ class Press:
     @property
     def _newton(self) -> NewtonSettings:
         newton = self.settings.solver.newton
-        if self.plates.paddle.unknowns or self.plates.friction:
+        if self.plates.paddle.unknowns:
             return newton
         return replace(newton, tolerance=max(newton.tolerance, self.settings.path_tolerance))
 
@@ -131,7 +187,7 @@ class Press:
         """Shape and paddle along the line of the last two stages, as far as J stays above half."""
         last = before[-1]
         stage = self._moved(replace(last, thickness=thickness), last.q)
-        if len(before) < 2:
+        if len(before) < 2 or thickness == last.thickness:
             return stage
         other = before[-2]
         part = (thickness - last.thickness) / (last.thickness - other.thickness)
@@ -152,10 +208,13 @@ class Press:
     def _system(self, stage: Stage) -> System:
         return replace(self.system, potential=Potential((*self.effects, *stage.surroundings())))
 
-    def _with_friction(self, stage: Stage, history: list[Iteration]) -> Stage:
-        """The stage in equilibrium under friction forces that belong to its own normal forces."""
+    def _with_friction(self, stage: Stage, history: list[Iteration], tolerance: float) -> Stage:
+        """The stage in equilibrium under friction forces that belong to its own normal forces.
+
+        tolerance: of the forces on the paddle.
+        """
         for _ in range(_MOST_LAGS):
-            stage = self._balanced(stage, history)
+            stage = self._balanced(stage, history, tolerance)
             if not stage.friction_states:
                 return stage
             friction_states = tuple(
@@ -178,13 +237,13 @@ class Press:
         scale = max(float(pressing), float(np.linalg.norm(old)))
         return float(np.linalg.norm(new - old)) / scale if scale else 0.0
 
-    def _balanced(self, stage: Stage, history: list[Iteration]) -> Stage:
+    def _balanced(self, stage: Stage, history: list[Iteration], tolerance: float) -> Stage:
         """Body and paddle in equilibrium: S exact at first, then updated, as contact has kinks."""
         stage = replace(stage, x=self._settled(self._system(stage), stage.x, history))
         R, scale = self._paddle_forces(stage)
         response: _Response | None = None
         for _ in range(_MOST_BALANCES):
-            if np.all(np.abs(R) <= PADDLE_TOLERANCE * scale):
+            if np.all(np.abs(R) <= tolerance * scale):
                 return stage
             response = response or self._response(stage)
             dq = self._paddle_step(response, R)

@@ -15,18 +15,22 @@ from mammosim.mechanics.stage import Stage
 class WarmStart:
     """A stage between rigid plates, as it may be kept in a file.
 
-    thickness: of the plates, mm; penalty: of their contacts, kPa/mm; x (n_node, 3) mm.
+    thickness: of the plates, mm; penalty: of their contacts, kPa/mm; x (n_node, 3) mm; multipliers
+    (2, n_face, 6) kPa of paddle and support, see RigidPlate.
     """
 
     thickness: float
     penalty: float
     x: np.ndarray
+    multipliers: np.ndarray
 
     def stage(self, press: Press) -> Stage:
         """The same stage of a press, its paddle at rest."""
         paddle, support = (
-            replace(contact, obstacle=box, penalty=self.penalty)
-            for contact, box in zip(press.apart, press.plates.at(self.thickness))
+            replace(contact, obstacle=box, penalty=self.penalty, multiplier=multiplier)
+            for contact, box, multiplier in zip(
+                press.apart, press.plates.at(self.thickness), self.multipliers
+            )
         )
         return Stage(self.thickness, press.plates.at_rest, self.x, (paddle, support))
 

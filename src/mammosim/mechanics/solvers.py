@@ -19,8 +19,8 @@ MULTIGRID_ABOVE = 15_000
 # Where the linear solver or Lanczos needs more steps, the matrix is factorised after all.
 MAX_ITERATIONS = 200
 MAX_LANCZOS_STEPS = 300
-# With a constraint: at nu = 0.4999 steps of 1e-2 left volumes so wrong that Newton took 21 instead of 7.
-CONSTRAINED_ACCURACY = 1e-4
+# With a constraint: at nu = 0.4999 steps of 1e-2 left volumes so wrong that Newton took 9 instead of 7.
+CONSTRAINED_ACCURACY = 1e-3
 # The probability of overlooking a negative eigenvalue; for the bound see MultigridSolver.is_definite.
 OVERLOOKED = 1e-6
 

@@ -1,6 +1,6 @@
 """A compression: when it ends, how its steps are solved, and what each leaves."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,7 +47,7 @@ Control = Thickness | Force
 
 
 # The default penalty in shear moduli of the bulk per mm (decisions/mechanics_contact.md).
-PENALTY_RATIO = 100.0
+PENALTY_RATIO = 30.0
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,20 @@ class PressSettings:
     """How a compression is solved.
 
     steps: how many equal ones to begin with, also the largest; smallest_step_mm: before it gives up;
-    penetration_mm: the largest accepted.
+    penetration_mm: how far skin that is pressed may be from the plate, on either side of its face, in the
+    mean over a part of a face, at the end; path_penetration: and in the steps before, of
+    their length, without friction.
     penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
     modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
     of the lagged friction forces, relative. path_tolerance: of the free forces, relative, in all steps but
-    the last, between rigid plates without friction, which need no more. solver: by default without trusted
+    the last, between rigid plates, which need no more. solver: by default without trusted
     steps, since contact opens and closes (decisions/mechanics_newton.md).
     """
 
     steps: int = 8
     smallest_step_mm: float = 0.2
-    penetration_mm: float = 0.1
+    penetration_mm: float = 0.02
+    path_penetration: float = 0.04
     penalty_kpa_per_mm: float | None = None
     parts: int = 2
     friction_tolerance: float = 1e-3
@@ -94,6 +97,16 @@ class Stage:
     def penetration(self) -> float:
         """How deep the skin is in a plate at most, mm."""
         return max(contact.state(self.x).penetration for contact in self.contacts)
+
+    def augmented(self) -> "Stage":
+        """The same stage, whose contacts have their pressures as multipliers."""
+        paddle, support = (contact.augmented(self.x) for contact in self.contacts)
+        return replace(self, contacts=(paddle, support))
+
+    @property
+    def off(self) -> float:
+        """How far skin that is pressed is from the plate that presses it at most, in the mean, mm."""
+        return max(contact.off(self.x) for contact in self.contacts)
 
     def meets_an_edge(self, within_mm: float) -> bool:
         """Whether skin meets the rounded edge of a plate, or will when it comes nearer by as much."""

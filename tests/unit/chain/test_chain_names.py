@@ -8,8 +8,8 @@ import yaml
 
 from mammosim.chain.configuration import ANGLE_TO_POSTERIOR_DEG
 from mammosim.chain.mammogram import tissue_materials
+from mammosim.chain.paddles import PARTS
 from mammosim.chain.stages import STAGES, effects_on
-from mammosim.chain.strategies import PADDLES
 from mammosim.core.labels import DEFORMABLE, Label
 from mammosim.core.positions import GRAVITY
 from mammosim.figures.style import TISSUE_COLOURS
@@ -47,9 +47,9 @@ def test_the_schema_knows_every_effect(enumerated):
     assert set(found) == effects_on(STAGES)
 
 
-def test_the_schema_knows_every_paddle(enumerated):
+def test_the_schema_knows_every_part_of_a_plate(enumerated):
     strategy = enumerated("compression.schema", "patternProperties", "^[a-z0-9]+$", "properties")
-    assert set(strategy["paddle"]["properties"]) == set(PADDLES)
+    assert set(strategy["paddle"]["properties"]) == set(PARTS)
 
 
 def test_every_tissue_has_a_colour_and_each_that_deforms_its_material():

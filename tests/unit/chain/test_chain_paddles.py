@@ -171,14 +171,14 @@ def test_the_voxels_reach_as_far_as_shaped_plates_and_cushions_let_the_breast(st
     before = skin[skin[:, 1] < made.plates["chest_y_mm"], 2]
     assert made.plates["support_z_mm"] < low - 0.5
     assert made.plates["paddle_z_mm"] > high + 0.5
-    assert before.min() > made.plates["support_z_mm"] - 0.1
-    assert before.max() < made.plates["paddle_z_mm"] + 0.1
+    assert before.min() > made.plates["support_z_mm"] - 0.25
+    assert before.max() < made.plates["paddle_z_mm"] + 0.25
     assert made.row["thickness_max_mm"] > made.row["thickness_min_mm"] + 0.3
     soft = pressed(standard, paddle=CUSHION)
     skin = soft.mesh.points[soft.mesh.boundary_nodes("skin")]
     before = skin[skin[:, 1] < soft.plates["chest_y_mm"], 2]
     assert before.max() > high + 0.3
-    assert before.max() < soft.plates["paddle_z_mm"] + 0.1
+    assert before.max() < soft.plates["paddle_z_mm"] + 0.25
     assert soft.row["thickness_mm"] > 24.2
 
 

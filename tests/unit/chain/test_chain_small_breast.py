@@ -173,9 +173,9 @@ def test_a_strategy_that_needs_no_standard_is_pressed_without_one(chain, tmp_pat
             other = replace(other, made=made).kept({"standard_path": lost})
         return other["pressed"].row["force_n"]
 
-    # From another start to the same state: within the residual, 1e-6 of the forces.
+    # From another start to the same state: as near as pressed skin lies on the plates.
     thicker = {"thickness_share": 1.1}
-    assert pressed(thicker, without=True) == pytest.approx(pressed(thicker, without=False), rel=1e-6)
+    assert pressed(thicker, without=True) == pytest.approx(pressed(thicker, without=False), rel=2e-3)
     for until in ({"force_share": 0.5}, {"thickness_share": 1.0}):
         with pytest.raises(MissingResult, match="it slides away"):
             pressed(until, without=True)

@@ -15,6 +15,7 @@ from mammosim.core.labels import Label
 from mammosim.core.tissues import Tissue
 from mammosim.mechanics.body import Body
 from mammosim.mechanics.paddles import Friction, Plates, Rigid, Tilting
+from mammosim.mechanics.stage import PressSettings
 from mammosim.study.report.headlines import numbers_of_strategies
 
 THRESHOLDS = {"logarithmic": [0.0], "pressure_kpa": [0.0]}
@@ -61,8 +62,9 @@ def test_half_the_force_is_half_the_force_and_leaves_more_thickness(standard, re
 def test_the_load_path_of_the_standard_leads_to_where_the_whole_path_does(setup, reduced):
     thickness = float(reduced.path.readout_mm.iloc[-1])
     whole = Strategy.read({"until": {"thickness_share": thickness / 24.0}}).press(setup)
-    # Both are solved to a residual of about 1e-6 of the forces.
-    assert np.abs(whole.points - reduced.points).max() < 1e-3
+    # Pressed skin is as near to the plates in both, but not to the last digit.
+    assert np.abs(whole.points - reduced.points).max() < PressSettings().penetration_mm
+    assert whole.path.force_n.iloc[-1] == pytest.approx(reduced.path.force_n.iloc[-1], rel=2e-3)
 
 
 def test_a_share_of_the_force_is_the_same_shape_for_moduli_that_are_all_five_times_larger(block, reduced):
@@ -204,9 +206,9 @@ def test_a_paddle_that_yields_ends_where_it_does_from_first_contact(setup, after
     )
     short, whole = hinged.press(after), hinged.press(setup)
     assert len(short.path) < len(whole.path)
-    # Both meet the force within 1e-3 of it; the stiffness of the block is above force over thickness.
-    assert np.abs(short.points - whole.points).max() < 1e-3 * 30.0
-    assert short.path.tilt_deg.iloc[-1] == pytest.approx(whole.path.tilt_deg.iloc[-1], rel=5e-3)
+    # Both meet the force within 1e-3 of it, by skin that lies on the plates within 0.02 mm.
+    assert np.abs(short.points - whole.points).max() < 3e-3 * 30.0
+    assert short.path.tilt_deg.iloc[-1] == pytest.approx(whole.path.tilt_deg.iloc[-1], rel=1e-2)
 
 
 def test_no_strategy_presses_further_than_is_allowed(setup):

@@ -201,11 +201,11 @@ def test_the_deflection_of_shaped_plates_is_that_from_flat_ones():
 
 def test_the_pressures_on_a_shaped_plate_add_up_to_its_force(domed):
     contact, state = domed.plates[0], domed.contacts[0]
-    y, d = contact.at_points(domed.points)
+    y, _ = contact.at_points(domed.points)
     n = contact.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
     deformed = contact.rule.areas(domed.points, contact.faces)
-    force = -np.einsum("eq,eqi->i", state.pressure * deformed * (d < 0), n)
+    force = -np.einsum("eq,eqi->i", state.pressure * deformed, n)
     assert force == pytest.approx(state.force, rel=1e-9)
 
 
@@ -239,9 +239,9 @@ def test_a_cushion_that_is_stiff_is_none(flat):
 def test_a_cushion_yields_is_counted_in_thickness_and_stores_its_work(flat):
     found = pressed(replace(FLAT, cushions=(SOFT, None)))
     path = found.path
-    assert path.force_n.iloc[-1] < 0.9 * flat.path.force_n.iloc[-1]
+    assert path.force_n.iloc[-1] < 0.95 * flat.path.force_n.iloc[-1]
     assert path.work_uj.iloc[-1] == pytest.approx(path.energy_uj.iloc[-1], rel=0.02)
-    assert path.penetration_mm.max() <= 0.1
+    assert found.stages[-1].off <= 0.02
     under = FLAT.centre + np.array([[-25.0, 0.0, 10.0]]) @ AXES.T
     assert found.gap(under)[0] > 20.2
     # Beside the block nothing presses on the cushion.
@@ -265,7 +265,7 @@ def test_friction_on_a_cushion_is_of_its_own_normal_force():
     contact = found.plates[0]
     state = found.stages[-1].friction_states[0].lagged(contact, found.points)
     assert state.load.sum() * contact.cushion.mm_per_kpa == pytest.approx(
-        np.sum(contact.areas[contact.at_points(found.points)[1] < 0] * contact.indentation(found.points)[1])
+        np.sum(contact.areas[contact.pressures(found.points)[1] > 0] * contact.indentation(found.points)[1])
     )
 
 

@@ -1,5 +1,7 @@
 """What every effect must satisfy: it is a potential, knows no frame, and has the same bits on any threads."""
 
+from dataclasses import replace
+
 import numba
 import numpy as np
 import pytest
@@ -88,6 +90,10 @@ def effect(name, R=None):
         "part of the weight": lambda: Scaled(weight, 0.3),
         "water": lambda: Buoyancy.of(mesh, down, level_mm=1.0, waterline_mm=6.0),
         "plate": lambda: RigidPlate(faces, face_quadrature(mesh.points, faces).areas, paddle, 3.0),
+        "plate that has pressed": lambda: replace(
+            RigidPlate(faces, SIX_POINTS.areas(mesh.points, faces), paddle, 3.0),
+            multiplier=np.linspace(0.0, 2.0, 6 * len(faces)).reshape(-1, 6),
+        ),
         "bent plate": lambda: RigidPlate(faces, SIX_POINTS.areas(mesh.points, faces), bent(paddle), 3.0),
         "friction": lambda: friction(faces, R),
         "chest wall": lambda: chest_wall_contact(mesh, ribs, boundary="skin", penalty=3.0),

@@ -33,3 +33,20 @@ def test_the_area_of_a_curved_face_is_found_by_both_rules():
 def test_a_face_cut_into_nothing_is_rejected():
     with pytest.raises(MechanicsError, match="at least 1"):
         six_points_in_each(0)
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3])
+def test_the_hats_are_linear_in_each_quarter_and_share_the_face(parts):
+    rule = six_points_in_each(parts)
+    H = rule.hats
+    assert H.min() >= 0
+    assert H.sum(axis=1) == pytest.approx(1.0)
+    # Linear functions are those of their values at the six nodes: corners, then the middles of 01, 12, 20.
+    at_nodes = np.vstack([np.eye(3), (np.eye(3) + np.roll(np.eye(3), -1, axis=0)) / 2])
+    assert H @ at_nodes == pytest.approx(rule.points)
+
+
+def test_each_hat_of_four_quarters_has_its_exact_integral():
+    """A twelfth of the face at a corner, a quarter at the middle of an edge."""
+    rule = six_points_in_each(2)
+    assert rule.weights @ rule.hats == pytest.approx(np.array([1, 1, 1, 3, 3, 3]) / 24)

@@ -42,8 +42,8 @@ def bent():
 def pressing(found):
     """Where the skin presses on the paddle (n, 3), and the forces there on the paddle (n, 3), mN."""
     contact = found.plates[0]
-    y, d = contact.at_points(found.points)
-    y, load = y[d < 0], (contact.penalty * contact.areas * -d)[d < 0]
+    y, p = contact.pressures(found.points)
+    y, load = y[p > 0], (contact.areas * p)[p > 0]
     return y, -load[:, None] * contact.obstacle.normal(y)
 
 

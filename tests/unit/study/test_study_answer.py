@@ -333,7 +333,7 @@ def test_the_force_of_the_standard_is_told_with_what_is_known_of_it():
     costs, found = asked(tables(compression=rows))
     assert (found.standard_mm, found.standard_n) == (50.0, 100.0)
     assert (found.standard_low_n, found.standard_high_n) == (100.0, 500.0)
-    told = "At 50.0 mm the force is between 100 and 500 N, by what is known of her moduli."
+    told = "At 50.0 mm the force is between 100 and 500 N, as far as her moduli are known."
     assert sentence(found, costs, LIMITS).endswith(told)
     costs, alone = asked(tables(**STANDARD_AND))
     assert "the force is between" not in sentence(alone, costs, LIMITS)

@@ -9,6 +9,7 @@ from markupsafe import escape
 from PIL import Image
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.marks import literal
 from mammosim.study.report.pages import (
     Listing,
     Picture,
@@ -19,7 +20,7 @@ from mammosim.study.report.pages import (
     report,
     size_words,
 )
-from mammosim.study.report.texts import literal, paragraphs, quoted, words
+from mammosim.study.report.texts import paragraphs, quoted, words
 
 NUMBERS = {"sweep.small.1.nipple_left_mm": 12.345, "sweep.small.0.5.nipple_left_mm": None}
 TABLE = pd.DataFrame({"volunteer": ["small"], "nipple_left_mm": [12.345], "outcome": ["<failed>"]})

@@ -14,7 +14,8 @@ from mammosim.mechanics.effects.contact import (
 from mammosim.mechanics.effects.fibres import Fibres
 from mammosim.mechanics.effects.mixed import MixedNeoHookean, bulk_tissue
 from mammosim.mechanics.effects.network import SpringNetwork
-from mammosim.mechanics.effects.plate import BentBox, Cushion, RigidPlate, RoundedBox, ShapedBox
+from mammosim.mechanics.effects.plate import BentBox, RoundedBox, ShapedBox
+from mammosim.mechanics.effects.plate_contact import Cushion, RigidPlate
 from mammosim.mechanics.effects.protocol import Effect, Scaled
 from mammosim.mechanics.effects.skin import SkinMembrane
 from mammosim.mechanics.effects.small_strain import SmallStrain

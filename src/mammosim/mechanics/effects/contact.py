@@ -51,6 +51,20 @@ class FaceRule:
         """dN/dxi (n_q, 6, 2)."""
         return shape_gradients(self.points, TRIANGLE)
 
+    @cached_property
+    def hats(self) -> np.ndarray:
+        """H (n_q, 6) >= 0: functions that are linear in each quarter of the triangle and 1 at one node."""
+        L = self.points
+        at_corners = np.maximum(2 * L - 1, 0.0)
+        in_corner = at_corners > 0
+        # In the quarter at a corner the two edges that meet there, in the middle all three.
+        at_edges = [
+            np.where(in_corner[:, b], 2 * L[:, a], np.where(in_corner[:, a], 2 * L[:, b], 1 - 2 * L[:, c]))
+            * ~in_corner[:, c]
+            for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        ]
+        return np.column_stack([at_corners, *at_edges])
+
     def areas(self, x: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Area (n_face, n_q) mm2 that each point stands for, of faces (n_face, 6) in x (n_node, 3)."""
         tangents = np.einsum("eai,qaj->eqij", x[faces], self.gradients)
@@ -138,11 +152,6 @@ class RigidContact(WithoutVolume):
         """The faces."""
         return self.faces
 
-    @property
-    def stiffness(self) -> float:
-        """Pressure per depth, kPa/mm: eps."""
-        return self.penalty
-
     def moved_to(self, obstacle: Obstacle) -> Self:
         """The same contact with the obstacle elsewhere."""
         return replace(self, obstacle=obstacle)
@@ -155,13 +164,13 @@ class RigidContact(WithoutVolume):
     def energy(self, x: np.ndarray) -> float:
         """E = 1/2 eps integral of <-d>_+^2."""
         _, d = self.at_points(x)
-        return self.stiffness / 2 * float(np.sum(self.areas * np.minimum(d, 0.0) ** 2))
+        return self.penalty / 2 * float(np.sum(self.areas * np.minimum(d, 0.0) ** 2))
 
     def add_gradient(self, x: np.ndarray, g: np.ndarray) -> None:
         """g_a += - integral of eps <-d> n N_a."""
         y, d = self.at_points(x)
         t = np.zeros_like(y)
-        t[d < 0] = self.stiffness * (self.areas * d)[d < 0][:, None] * self.obstacle.normal(y[d < 0])
+        t[d < 0] = self.penalty * (self.areas * d)[d < 0][:, None] * self.obstacle.normal(y[d < 0])
         add_to_nodes(self.faces, gathered_forces(t, self.rule.shapes), g)
 
     def add_tangent(self, x: np.ndarray, K: Tangent, *, projected: bool = False) -> None:
@@ -175,7 +184,7 @@ class RigidContact(WithoutVolume):
         M[inside] = n[:, :, None] * n[:, None, :]
         if not projected:
             M[inside] += d[inside][:, None, None] * self.obstacle.hessian(y[inside])
-        M *= self.stiffness * self.areas[..., None, None]
+        M *= self.penalty * self.areas[..., None, None]
         K.add(self.faces, gathered_stiffness(M, self.rule.shapes))
 
     def state(self, x: np.ndarray) -> ContactState:
@@ -184,7 +193,7 @@ class RigidContact(WithoutVolume):
         n = self.obstacle.normal(y.reshape(-1, 3)).reshape(y.shape)
         deformed = self.rule.areas(x, self.faces)
         depth = np.maximum(-d, 0.0)
-        load = self.stiffness * depth * self.areas
+        load = self.penalty * depth * self.areas
         force = -np.einsum("eq,eqi->i", load, n)
         return ContactState(force, np.where(d < 0, deformed, 0.0), load / deformed, float(depth.max()))
 

@@ -1,4 +1,4 @@
-"""Contact of the skin with a rigid plate: a rounded box.
+"""The faces of plates: a rounded box.
 
     q = |R^T (x - c)| - (b - r),  d = |max(q, 0)| + min(max_i q_i, 0) - r
 
@@ -8,10 +8,6 @@ A rounded box whose faces are bent along its last axis a: d(x) = d_box(x - w(x) 
 
 w depends on the two other coordinates of the box. n = B^T n_box, B = 1 - a (x) grad w, has a length of
 sqrt(1 + |grad w|^2): d is the distance but for half the square of the slope, the energy of contact exact.
-
-A cushion on the face, of thickness h and modulus M, is a spring in series with the penalty eps of contact:
-
-    1 / stiffness = 1 / eps + h / M,  M = E (1 - nu) / ((1 + nu) (1 - 2 nu))
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +17,7 @@ import numpy as np
 
 from mammosim.core.errors import MechanicsError
 from mammosim.io.compiled import njit, prange
-from mammosim.mechanics.effects.contact import ContactState, Obstacle, RigidContact
+from mammosim.mechanics.effects.contact import Obstacle
 
 
 @dataclass(frozen=True)
@@ -101,82 +97,6 @@ class PlateFace(Obstacle, Protocol):
     def steepness(self, x: np.ndarray) -> np.ndarray:
         """|grad d| (n,) at points (n, 3): what presses there along the normal, over what the depth d says."""
         ...
-
-
-# ASSUME: a cushion is an elastic foundation: each place of it yields under the pressure there alone, and is
-# confined by its neighbours (Winkler; Johnson 1985, section 4.3, of a layer thin beside the contact).
-# ASSUME: it is linear up to its whole thickness, and has no weight.
-@dataclass(frozen=True)
-class Cushion:
-    """A soft layer on a plate, whose surface is the plate's face while nothing presses on it.
-
-    Raises MechanicsError for values out of range.
-    """
-
-    thickness_mm: float
-    youngs_modulus_kpa: float
-    poisson_ratio: float = 0.3
-
-    def __post_init__(self) -> None:
-        good = self.thickness_mm > 0 and self.youngs_modulus_kpa > 0 and 0 <= self.poisson_ratio < 0.5
-        if not good:
-            raise MechanicsError(
-                f"a cushion of {self.thickness_mm:g} mm, {self.youngs_modulus_kpa:g} kPa, nu "
-                f"{self.poisson_ratio:g}: the first two above 0, nu in [0, 0.5)"
-            )
-
-    @property
-    def mm_per_kpa(self) -> float:
-        """h / M."""
-        E, nu = self.youngs_modulus_kpa, self.poisson_ratio
-        return self.thickness_mm * (1 + nu) * (1 - 2 * nu) / (E * (1 - nu))
-
-
-@dataclass(frozen=True)
-class RigidPlate(RigidContact):
-    """Contact of the skin's faces with a plate, such as a RoundedBox; see RigidContact.
-
-    cushion: what lies on the plate; penalty and penetration remain those of its surface.
-    """
-
-    obstacle: PlateFace
-    cushion: Cushion | None = None
-
-    @property
-    def stiffness(self) -> float:
-        """Of contact and cushion in series, kPa/mm."""
-        return self.penalty if self.cushion is None else 1 / (1 / self.penalty + self.cushion.mm_per_kpa)
-
-    @property
-    def cushion_share(self) -> float:
-        """The part of a depth d that is taken by the cushion."""
-        return 0.0 if self.cushion is None else self.stiffness * self.cushion.mm_per_kpa
-
-    def state(self, x: np.ndarray) -> ContactState:
-        """As of any contact; the pressure is that along the normal, the penetration that of the skin."""
-        found, (y, d) = super().state(x), self.at_points(x)
-        steepness = self.obstacle.steepness(y.reshape(-1, 3)).reshape(d.shape)
-        return replace(
-            found,
-            pressure=found.pressure * steepness,
-            penetration=found.penetration * (1 - self.cushion_share),
-        )
-
-    def indentation(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places (n, 3) of the skin in contact, in the loaded shape x, and how far the cushion yields, mm."""
-        y, d = self.at_points(x)
-        return y[d < 0], -self.cushion_share * d[d < 0]
-
-    def require_cushion(self, x: np.ndarray) -> None:
-        """Raise MechanicsError where the cushion would yield by more than its thickness."""
-        if self.cushion is None:
-            return
-        deepest = float(self.indentation(x)[1].max(initial=0.0))
-        if deepest >= self.cushion.thickness_mm:
-            raise MechanicsError(
-                f"a cushion of {self.cushion.thickness_mm:g} mm is pressed by {deepest:.1f} mm, through to "
-                "its plate: press less, or describe a thicker or a stiffer one"
-            )
 
 
 @njit(cache=True, inline="always")

@@ -3,9 +3,9 @@
 import pandas as pd
 
 from mammosim.chain.outcome import CONVERGED
+from mammosim.core.marks import literal
 from mammosim.study.campaigns.axes import SALTELLI, Axis
 from mammosim.study.campaigns.campaign import Campaign
-from mammosim.study.report.texts import literal
 
 
 def axis_words(each: Axis) -> str:

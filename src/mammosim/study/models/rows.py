@@ -16,8 +16,8 @@ from mammosim.chain.outcome import CONVERGED, unsolved
 from mammosim.chain.points import MaterialPoints
 from mammosim.chain.published import Squeezed
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.marks import literal
 from mammosim.core.mesh import TetMesh
-from mammosim.study.report.texts import literal
 
 POSITIONS = ("prone", "supine", "upright")
 AXES = "xyz"

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from mammosim.chain.strategies import STANDARD
+from mammosim.core.marks import literal
 from mammosim.study.report.answer import BETWEEN, Answer
 from mammosim.study.report.pressed_breast import BREAST, FORCE, PRESSURE, STRAIN
 from mammosim.study.report.strategy_costs import (
@@ -21,7 +22,6 @@ from mammosim.study.report.strategy_costs import (
     LossLimits,
     together,
 )
-from mammosim.study.report.texts import literal
 
 ROLES: Mapping[str, str] = {
     LESS: "the largest reduction that surely costs less than allowed",

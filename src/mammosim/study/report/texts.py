@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from markupsafe import Markup, escape
 
 from mammosim.core.errors import ConfigurationError
+from mammosim.core.marks import MARKS
 from mammosim.study.report.summary import Numbers
 
 # Key of an entry of the bibliography -> author and year, as a text cites it.
@@ -19,8 +20,7 @@ FORMULA = re.compile(r"\$([^$\n]+(?:\n[^$\n]+)*)\$")
 CITATION = re.compile(r"\[(@\w+(?:\s*;\s*@\w+)*)\]")
 # Behind these a citation is part of the sentence, and stands without brackets.
 PART_OF_SENTENCE = re.compile(r"\b(?:of|in|as|by|from|to|with|than) $", re.I)
-# What a text marks something by, each behind a backslash and as what stands for it while marks are read.
-MARKS = r"\`*[](){}$"
+# Each mark behind a backslash as what stands for it while marks are read.
 _STANDS_FOR = {mark: chr(0xE000 + number) for number, mark in enumerate(MARKS)}  # of private use
 _MARKS_AGAIN = {ord(each): mark for mark, each in _STANDS_FOR.items()}
 _ESCAPED_OR_FORMULA = re.compile(rf"\\([{re.escape(MARKS)}])|\$[^$\n]+(?:\n[^$\n]+)*\$")
@@ -34,11 +34,6 @@ ATTRIBUTES = re.compile(
     r"|symmetric|accent|accentunder|lspace|rspace|minsize|maxsize|width|height|depth|voffset|linethickness"
     r"|columnalign|columnspacing|rowspacing"
 )
-
-
-def literal(text: object) -> str:
-    """What a person, a file or a program has written, for a text: its marks are letters, its lines one."""
-    return re.sub(rf"[{re.escape(MARKS)}]", r"\\\g<0>", " ".join(str(text).split()))
 
 
 def _set_aside(text: str) -> str:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
+from mammosim.core.marks import literal
 from mammosim.study.report.pages import Listing, Picture, Section
-from mammosim.study.report.texts import literal
 
 # What is not planned, and why; '' where it is planned.
 Plan = Sequence[tuple[str, str]]
