@@ -87,13 +87,14 @@ def test_force_grows_and_thickness_falls_along_the_path(table):
 def test_work_of_the_plates_becomes_stored_energy(table):
     """W = integral of (F_paddle + F_support) / 2 over the thickness: each plate goes half the way.
 
-    Without friction nothing is dissipated: what is lacking is the error of trapezoids over few steps.
+    Without friction nothing is dissipated: what is lacking is the error of trapezoids over few steps. On the
+    way skin may be off the plates by 4 % of a step, which makes forces and work up to 1 % too small.
     """
     for _, path in table("compression_path").groupby([*PRESSED, "strategy"]):
         force = (path.force_n + path.support_force_n) / 2
         work_uj = 1e3 * trapezoid(force, -path.thickness_mm)
         np.testing.assert_allclose(work_uj, path.work_uj.iloc[-1], rtol=DIGITS)
-        assert 0.9 * work_uj < path.energy_uj.iloc[-1] < work_uj
+        assert 0.9 * work_uj < path.energy_uj.iloc[-1] < 1.01 * work_uj
 
 
 def test_no_cell_is_turned_inside_out(table):
