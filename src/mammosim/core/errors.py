@@ -64,19 +64,12 @@ class EquilibriumError(MechanicsError):
 class OutOfBudget(EquilibriumError):
     """A solve spent its budget before it came to an equilibrium.
 
-    best (n_node, 3): the last shape that it tried; the last equilibrium on the way is in the message.
+    best (n_node, 3): the last shape that it tried; the message tells the last equilibrium on the way. Other
+    arguments are those of EquilibriumError.
     """
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        history: tuple[Any, ...] = (),
-        load_factor: float = 0.0,
-        mode: np.ndarray | None = None,
-        best: np.ndarray | None = None,
-    ) -> None:
-        super().__init__(message, history=history, load_factor=load_factor, mode=mode)
+    def __init__(self, message: str, *, best: np.ndarray | None = None, **told: Any) -> None:
+        super().__init__(message, **told)
         self.best = best
 
 

@@ -286,7 +286,7 @@ def _out_of_budget(
     tried = "".join(f", the one before: {failure}" for failure in failures[-1:])
     return OutOfBudget(
         f"{_reached(press, target, stages)}: {spent}{tried}; a finer mesh, a larger edge radius of the "
-        "plates, skin, or a larger budget may carry it further",
+        "plates, skin, or a larger Settings.budget may carry it further",
         history=tuple(row for stage in stages for row in stage.history),
         best=spent.x,
     )

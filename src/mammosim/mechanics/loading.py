@@ -194,7 +194,7 @@ class Loading:
         reached = self.load_factors[-1]
         return OutOfBudget(
             f"{spent}; the last equilibrium is that of load factor {reached:.3f}. To get further, "
-            f"{advice(self.system, self.reference, reached)}; or raise the budget",
+            f"{advice(self.system, self.reference, reached)}; or raise Settings.budget",
             history=tuple(self.history),
             load_factor=reached,
             best=spent.x,

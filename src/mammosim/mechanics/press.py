@@ -117,7 +117,7 @@ class Press:
     def settled(self, stages: Sequence[Stage]) -> Stage:
         """The last of the stages, at the same thickness, pressed skin as near to the plates as in the end."""
         last = stages[-1]
-        if last.off <= self.settings.penetration_mm:
+        if last.gap_error <= self.settings.penetration_mm:
             return last
         again = self.pressed(stages, last.thickness)
         return replace(again, history=(*last.history, *again.history), seconds=last.seconds + again.seconds)
@@ -132,17 +132,17 @@ class Press:
         before = np.inf
         for _ in range(_MOST_UPDATES + 1):
             stage = self._with_friction(stage, history, PATH_PADDLE_TOLERANCE)
-            if last_one and self.plates.paddle.unknowns and stage.off <= near_mm:
+            if last_one and self.plates.paddle.unknowns and stage.gap_error <= near_mm:
                 stage = self._with_friction(stage, history, PADDLE_TOLERANCE)
-            off = stage.off
-            if off <= near_mm:
+            gap_error = stage.gap_error
+            if gap_error <= near_mm:
                 return stage
-            raised = 4 if off > before / 4 else 1
+            raised = 4 if gap_error > before / 4 else 1
             paddle, support = (
                 replace(c.augmented(stage.x), penalty=raised * c.penalty) for c in stage.contacts
             )
-            stage, before = replace(stage, contacts=(paddle, support)), off
-        raise StepFailed(f"the skin is {off:.2f} mm off a plate that presses it", stage.x)
+            stage, before = replace(stage, contacts=(paddle, support)), gap_error
+        raise StepFailed(f"the skin is {gap_error:.2f} mm away from a plate that presses it", stage.x)
 
     def finished(self, stage: Stage) -> Stage:
         """The stage to the full tolerance, by plain steps: so near, energies differ by rounding alone."""

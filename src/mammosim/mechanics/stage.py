@@ -56,8 +56,8 @@ class PressSettings:
 
     steps: how many equal ones to begin with, also the largest; smallest_step_mm: before it gives up;
     penetration_mm: how far skin that is pressed may be from the plate, on either side of its face, in the
-    mean over a part of a face, at the end; path_penetration: and in the steps before, of
-    their length, without friction.
+    mean over a part of a face, at the end; path_penetration: the same in the steps before, relative to their
+    length; with friction, which depends on the whole path, penetration_mm holds in all steps.
     penalty_kpa_per_mm: of the contact to begin with; None takes PENALTY_RATIO times the bulk's median shear
     modulus. parts: each skin face has six contact points in each of parts^2 triangles. friction_tolerance:
     of the lagged friction forces, relative. path_tolerance: of the free forces, relative, in all steps but
@@ -93,20 +93,15 @@ class Stage:
     history: tuple[Iteration, ...] = ()
     seconds: float = 0.0
 
-    @property
-    def penetration(self) -> float:
-        """How deep the skin is in a plate at most, mm."""
-        return max(contact.state(self.x).penetration for contact in self.contacts)
-
     def augmented(self) -> "Stage":
         """The same stage, whose contacts have their pressures as multipliers."""
         paddle, support = (contact.augmented(self.x) for contact in self.contacts)
         return replace(self, contacts=(paddle, support))
 
     @property
-    def off(self) -> float:
+    def gap_error(self) -> float:
         """How far skin that is pressed is from the plate that presses it at most, in the mean, mm."""
-        return max(contact.off(self.x) for contact in self.contacts)
+        return max(contact.gap_error(self.x) for contact in self.contacts)
 
     def meets_an_edge(self, within_mm: float) -> bool:
         """Whether skin meets the rounded edge of a plate, or will when it comes nearer by as much."""

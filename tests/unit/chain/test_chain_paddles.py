@@ -171,6 +171,7 @@ def test_the_voxels_reach_as_far_as_shaped_plates_and_cushions_let_the_breast(st
     before = skin[skin[:, 1] < made.plates["chest_y_mm"], 2]
     assert made.plates["support_z_mm"] < low - 0.5
     assert made.plates["paddle_z_mm"] > high + 0.5
+    # Skin lies on the plates on average; single points of these faces are up to 0.2 mm inside.
     assert before.min() > made.plates["support_z_mm"] - 0.25
     assert before.max() < made.plates["paddle_z_mm"] + 0.25
     assert made.row["thickness_max_mm"] > made.row["thickness_min_mm"] + 0.3

@@ -50,8 +50,8 @@ def test_plates_start_at_first_contact_and_end_at_the_wanted_thickness(pressed):
 def test_pressed_skin_lies_on_the_plates_on_average_over_parts_of_its_faces(pressed):
     stages, settings = pressed.stages, PressSettings()
     longest = np.abs(np.diff([stage.thickness for stage in stages])).max()
-    assert max(stage.off for stage in stages) <= settings.path_penetration * longest
-    assert stages[-1].off <= settings.penetration_mm
+    assert max(stage.gap_error for stage in stages) <= settings.path_penetration * longest
+    assert stages[-1].gap_error <= settings.penetration_mm
     assert pressed.path["penetration_mm"].max() < 0.25
     between = pressed.points[pressed.points[:, 2] > 20.0]
     assert np.abs(between[:, 1] - 12.0).max() <= 9.0 + 2 * pressed.path["penetration_mm"].iloc[-1]

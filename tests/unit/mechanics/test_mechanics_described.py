@@ -241,7 +241,7 @@ def test_a_cushion_yields_is_counted_in_thickness_and_stores_its_work(flat):
     path = found.path
     assert path.force_n.iloc[-1] < 0.95 * flat.path.force_n.iloc[-1]
     assert path.work_uj.iloc[-1] == pytest.approx(path.energy_uj.iloc[-1], rel=0.02)
-    assert found.stages[-1].off <= 0.02
+    assert found.stages[-1].gap_error <= 0.02
     under = FLAT.centre + np.array([[-25.0, 0.0, 10.0]]) @ AXES.T
     assert found.gap(under)[0] > 20.2
     # Beside the block nothing presses on the cushion.

@@ -37,7 +37,7 @@ def test_with_its_own_pressures_as_multipliers_pressed_skin_may_lie_on_the_plate
     assert state.force == pytest.approx([0.0, 0.0, 200.0])
     assert state.area == pytest.approx(100.0)
     assert state.penetration == pytest.approx(0.0, abs=1e-12)
-    assert contact.off(cube.points) == pytest.approx(0.0, abs=1e-12)
+    assert contact.gap_error(cube.points) == pytest.approx(0.0, abs=1e-12)
     assert contact.energy(cube.points) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -47,7 +47,7 @@ def test_a_multiplier_is_updated_by_the_depth_and_ends_where_skin_leaves_the_pla
     away = plate(cube, above=0.5, multiplier=once.multiplier)
     assert away.state(cube.points).force[2] == 0.0
     # It has lost all of what was 5 kPa: 0.1 mm at 50 kPa/mm.
-    assert away.off(cube.points) == pytest.approx(0.1)
+    assert away.gap_error(cube.points) == pytest.approx(0.1)
 
 
 def test_a_cushion_holds_what_presses_it_with_the_energy_of_a_spring(cube):
@@ -61,7 +61,7 @@ def test_a_cushion_holds_what_presses_it_with_the_energy_of_a_spring(cube):
     contact = plate(cube, above=-depth, multiplier=pressed, cushion=cushion)
     state = contact.state(cube.points)
     assert state.force[2] == pytest.approx(100.0 * p)
-    assert contact.off(cube.points) == pytest.approx(0.0, abs=1e-12)
+    assert contact.gap_error(cube.points) == pytest.approx(0.0, abs=1e-12)
     assert contact.energy(cube.points) == pytest.approx(100.0 * cushion.mm_per_kpa * p**2 / 2)
 
 
@@ -87,4 +87,4 @@ def test_force_and_area_do_not_depend_on_the_penalty():
     assert soft.path.contact_area_mm2.iloc[-1] == pytest.approx(
         stiff.path.contact_area_mm2.iloc[-1], rel=0.05
     )
-    assert max(stage.off for stage in (soft.stages[-1], stiff.stages[-1])) <= 0.02
+    assert max(stage.gap_error for stage in (soft.stages[-1], stiff.stages[-1])) <= 0.02

@@ -107,7 +107,7 @@ class RigidPlate(RigidContact):
         """The same contact with the pressures in a shape x (n_node, 3) as its multipliers."""
         return replace(self, multiplier=self.mean_pressures(x))
 
-    def off(self, x: np.ndarray) -> float:
+    def gap_error(self, x: np.ndarray) -> float:
         """How far skin that is pressed is from the plate at most, on either side and in the mean, mm."""
         return float(np.abs(self.mean_pressures(x) - self.multiplier).max(initial=0.0)) / self.penalty
 
